@@ -72,7 +72,7 @@ def main() -> None:
             "period2": len(double),
         },
         reached={"limit": single.stopped.value, "period2": double.stopped.value},
-        final_state={"simulate": first["simulate"][0].strobe[-1].tolist()},
+        final_state={"simulate": first["simulate"][0].states[-1].tolist()},
     ).print()
 
 

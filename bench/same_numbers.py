@@ -41,7 +41,7 @@ Rounding errors grow by the condition of an orbit; special points carry their ow
 SPECIAL = 1e-12
 """The same of the values of special points, over what they are known to."""
 
-STEPS = ("point", "locus_point", "strobe", "sample")
+STEPS = ("point", "locus_point", "sample")
 """Dimensions whose length the steps decide."""
 
 LATER_NAMES: dict[str, str] = {
@@ -56,6 +56,12 @@ LATER_NAMES: dict[str, str] = {
     },
     "region_share": "region_fraction",
     "verdict": "classification",
+    "strobe": "sample",
+    "turns": "revolutions",
+    "readings": "measured",
+    "read": "predicted",
+    "fitted_least": "fitted_lower_bound",
+    "fitted_most": "fitted_upper_bound",
     **{f"begun_{name}": f"started_{name}" for name in ("kind", "reason", "value")},
 }
 """Names of variables and dimensions in files of before, and what they are called now."""

@@ -39,11 +39,11 @@ def main() -> None:
         version=package_version(),
         settings={"motions": COUNT, "periods": PERIODS},
         build_seconds=built,
-        seconds={"strobe": [wall for wall, _ in times]},
-        processor_seconds={"strobe": [used for _, used in times]},
-        points={"strobe": COUNT * PERIODS},
+        seconds={"sample": [wall for wall, _ in times]},
+        processor_seconds={"sample": [used for _, used in times]},
+        points={"sample": COUNT * PERIODS},
         final_state={
-            "strobe": compared(points.states[:, -1, :2]),
+            "sample": compared(points.states[:, -1, :2]),
             "reference": compared(few[:, :2]),
         },
     ).print()

@@ -44,7 +44,7 @@ def main() -> None:
         build_seconds=built,
         seconds={"simulate": [wall for wall, _ in times]},
         processor_seconds={"simulate": [used for _, used in times]},
-        final_state={"simulate": motion.strobe[-1].tolist()},
+        final_state={"simulate": motion.states[-1].tolist()},
     ).print()
 
 

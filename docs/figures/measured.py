@@ -12,7 +12,7 @@ from slipfold.plots import figure_style
 
 FOLDER = Path(__file__).parent
 FITTED = ("mu", "zeta1", "alpha")
-ERROR = 1e-3  # of readings of x/L and y/L
+ERROR = 1e-3  # of measurements of x/L and y/L
 POINTS = 24
 SWEEPS = {
     "f 11.8 to 13.2 Hz at Nd = 0.04 N": ({"Nd": 0.04}, "f", (11.8, 13.2)),
@@ -40,7 +40,7 @@ def main() -> None:
 
 def table(plans: dict[tuple[str, tuple[str, ...]], sf.MeasurementPlan]) -> str:
     """Return expected errors of the parameters, in percent, as a table of Markdown."""
-    heads = ["sweep", "read", *FITTED, "largest correlation", "best six values"]
+    heads = ["sweep", "measured", *FITTED, "largest correlation", "best six values"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for (sweep, read), plan in plans.items():
         sizes = [plan.model.values[name] for name in FITTED]
@@ -55,7 +55,7 @@ def table(plans: dict[tuple[str, tuple[str, ...]], sf.MeasurementPlan]) -> str:
 
 
 def draw(plans: dict[tuple[str, tuple[str, ...]], sf.MeasurementPlan]) -> None:
-    """Draw readings over the response, and what each of them tells."""
+    """Draw measurements over the response, and what each of them tells."""
     oscillator = sf.SlidingOscillator(Nd=0.1)
     seen = sf.measure(
         oscillator, "f", np.linspace(11.8, 13.2, 29), ["max y"], sweep="both", errors=ERROR, seed=1

@@ -104,7 +104,7 @@ def outcome(name: str, speed: float, pulsation: float) -> dict[str, float | str 
         "period": motion.settlement.period,
         "stops": len(last.sticking),
         "fraction": round(last.fraction, 9),
-        "x": float(last.most[[state.name for state in motion.model.states].index("x")]),
+        "x": float(last.maximum[[state.name for state in motion.model.states].index("x")]),
     }
 
 

@@ -28,7 +28,7 @@ v = "F*cos(w*t) - d*v + x - x^3"
 period = "2*pi/w"
 """)
 motion = sf.simulate(model, periods=200)
-well = sf.periodic_orbit(model, state=motion.strobe[-1])
+well = sf.periodic_orbit(model, state=motion.states[-1])
 diagram = sf.response(well, vary="F", span=(0.2, 0.31), settings=sf.Settings(largest_period=32))
 diagram.plot("x")
 print(diagram.summary())

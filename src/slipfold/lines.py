@@ -35,7 +35,7 @@ KINDS = STABLE, DOUBLED, OTHER = ("stable", "period doubling", "fold or torus")
 SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcritical", "")
 """What may happen beyond a bifurcation; empty where it is not defined, as for a fold."""
 
-BORN, CLOSED = "born", "closed"
+BIFURCATION, CLOSED = "bifurcation", "closed"
 """Kinds of ends of a branch that lie on its parent."""
 
 CUSPS = ("CPC", "CP")
@@ -124,10 +124,10 @@ def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[
     values = np.column_stack([branch.parameter, measured_along(branch, output, measure)])
     knots = _arranged(located, branch.arclength, values)
     # A doubled branch begins, and may end, on its parent, where a multiplier is one.
-    on_parent = {0: branch.started.kind == BORN, -1: branch.stopped.kind == CLOSED}
+    on_parent = {0: branch.started.kind == BIFURCATION, -1: branch.stopped.kind == CLOSED}
     for end, lies_on_parent in on_parent.items():
         if knots and lies_on_parent and not knots[end].type:
-            knots[end] = knots[end]._replace(type=BORN)
+            knots[end] = knots[end]._replace(type=BIFURCATION)
     s = np.array([knot.s for knot in knots])
     return _cut(_stabilities(branch, s), _pieces(knots, straight=measure == STUCK))
 
@@ -300,7 +300,7 @@ def _end(type_: str, which: int, count: int) -> Any:
 
     A doubled branch leaves its parent at a right angle to the parameter, the first value.
     """
-    if type_ in CUSPS or (type_ == BORN and which == 0 and count > 2):
+    if type_ in CUSPS or (type_ == BIFURCATION and which == 0 and count > 2):
         return 1, 0.0
     return "not-a-knot" if count > 2 else (2, 0.0)
 

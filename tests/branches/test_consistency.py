@@ -22,7 +22,7 @@ def unexplained(branch):
     """Intervals of a branch whose special points do not account for the multipliers."""
     where, unstable = branch.arclength, branch.unstable
     for index in range(len(branch) - 1):
-        born = branch.started.kind == "born" and index == 0
+        born = branch.started.kind == "bifurcation" and index == 0
         closing = branch.stopped.kind == "closed" and index == len(branch) - 2
         if born or closing:  # the doubled orbit itself has a multiplier at one
             continue

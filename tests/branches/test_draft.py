@@ -62,7 +62,7 @@ def test_every_point_of_a_draft_is_an_orbit_with_its_multipliers(known):
         for i, (nodes, value) in enumerate(zip(branch.nodes, branch.parameter, strict=True)):
             z = problem.pack(nodes, value)
             assert np.abs(problem.defect(z)).max() < 1e-7
-            if branch.started.kind == "born" and i == 0:
+            if branch.started.kind == "bifurcation" and i == 0:
                 continue  # the parent's orbit passed twice, drawn in the style of its neighbor
             expected = np.linalg.eigvals(problem.linearize(z).monodromy)
             np.testing.assert_allclose(

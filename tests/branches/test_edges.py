@@ -21,7 +21,8 @@ SPANS = [(-0.5, 0.0), (0.0, -0.5), (0.5, 0.0), (0.0, 0.5)]
 
 def arrive(diagram):
     """Whether every branch ends at an end of the span."""
-    return all(end.kind in ("span", "born") for item in diagram.branches for end in item.ends)
+    ends = [end for item in diagram.branches for end in item.ends]
+    return all(end.kind in ("span", "bifurcation") for end in ends)
 
 
 @pytest.mark.parametrize("span", SPANS)

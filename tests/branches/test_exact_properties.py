@@ -67,8 +67,8 @@ def test_mirrored_direction_mirrors_the_branches(alpha):
     same_specials(specials(one), specials(two))
     for left, right in zip(one, two, strict=True):
         for a, b in zip(left.special, right.special, strict=True):
-            strobes = b.nodes[:: len(b.nodes) // b.period] * MIRROR / a.model.state_scales()
-            distance = np.abs(strobes - a.state / a.model.state_scales()).max(axis=1)
+            states = b.nodes[:: len(b.nodes) // b.period] * MIRROR / a.model.state_scales()
+            distance = np.abs(states - a.state / a.model.state_scales()).max(axis=1)
             assert distance.min() < 1e-8
 
 

@@ -87,7 +87,7 @@ def test_shooting_and_collocation_agree_within_their_uncertainties():
 
 
 def test_lorenz_cycles_end_where_they_are_homoclinic():
-    # rho = 13.926557 (Sparrow 1982): the cycles born at the Hopf point 24.74.
+    # rho = 13.926557 (Sparrow 1982): the cycles that emanate at the Hopf point 24.74.
     lorenz = sf.System(
         name="lorenz",
         parameters={"sigma": 10.0, "rho": 20.0, "beta": 8 / 3},

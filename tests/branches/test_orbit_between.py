@@ -45,7 +45,7 @@ def test_autonomous_models_have_orbits_between_points_too(squeal, which):
     place, value = 0.5 * (branch.arclength[2] + branch.arclength[3]), 0.3 * low + 0.7 * high
     orbit = orbit_between(branch, place, value)
     assert orbit.model.mu == pytest.approx(value, rel=1e-14)
-    again = sf.simulate(orbit.model, 1, orbit.state).strobe[-1]
+    again = sf.simulate(orbit.model, 1, orbit.state).states[-1]
     np.testing.assert_allclose(again, orbit.state, atol=1e-9)
     assert len(orbit.multipliers) == 4
     if branch.kind == "periodic":

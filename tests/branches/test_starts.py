@@ -23,7 +23,7 @@ def test_where_nothing_holds_the_quiet_state_the_response_is_what_a_motion_settl
 
     monkeypatch.setattr("slipfold.orbits.first_orbits.continue_to", refused)
     model = model_named("vanderpol", w=1.0)
-    settled = sf.simulate(model, 60).strobe[-1]
+    settled = sf.simulate(model, 60).states[-1]
     branch = sf.response(model, "w", (1.0, 1.01)).branches[0]
     assert branch.states[0] == pytest.approx(settled, abs=1e-6)
     assert branch.stable[0]
@@ -96,7 +96,7 @@ def test_the_start_of_a_forced_model_says_which_well(side):
     settled = sf.response(wells, "F", (0.05, 0.1), settled=True)
     for branch in (diagram.branches[0], settled.branches[0]):
         assert np.sign(branch.states[:, 0]) == pytest.approx(side)
-    assert np.sign(sf.simulate(wells, 300).strobe[-1, 0]) == side
+    assert np.sign(sf.simulate(wells, 300).states[-1, 0]) == side
     assert np.sign(sf.periodic_orbit(wells, state={"v": 0.0}).state[0]) == side
 
 

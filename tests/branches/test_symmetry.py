@@ -52,7 +52,8 @@ def test_a_double_multiplier_one_is_a_branch_point(rings, value, request):
 
 def born(diagram):
     """Branches that leave the first one in one direction."""
-    return [item for item in diagram.branches if item.parent == 1 and item.ends[0].kind == "born"]
+    children = (item for item in diagram.branches if item.parent == 1)
+    return [item for item in children if item.started.kind == "bifurcation"]
 
 
 def test_both_branches_of_three_cells_leave_it(three):

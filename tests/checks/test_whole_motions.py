@@ -27,14 +27,14 @@ def test_what_has_grown_from_errors_is_found():
     infections = 400.0 * (1.0 + 0.25 * hy.cos(2 * np.pi * hy.time)) * s * i
     rates = [(s, 0.02 - 0.02 * s - infections), (i, infections - 50.02 * i)]
     absolute = hy.taylor_adaptive(rates, [0.3, 1e-3], tol=1e-13)
-    strobe = absolute.propagate_grid(np.arange(9.0))[-1]
+    states = absolute.propagate_grid(np.arange(9.0))[-1]
     settlement = Settlement(False, None, np.nan, None, "not settled")
-    wrong = check_trajectory(Trajectory(epidemic(), strobe, settlement))
+    wrong = check_trajectory(Trajectory(epidemic(), states, settlement))
     assert not wrong.agree
     assert "least is left" in str(wrong)
     assert "write the equation for its logarithm" in str(wrong)
     right = sf.simulate(epidemic(), 8, [0.3, 1e-3])
-    assert np.abs(strobe[-1, 1] / right.strobe[-1, 1] - 1) > 0.1
+    assert np.abs(states[-1, 1] / right.states[-1, 1] - 1) > 0.1
     assert right.checked.agree
     assert right.checked.count == 2
 

@@ -45,12 +45,12 @@ LAWS = {
 }
 
 
-def motion(model, strobe):
-    return Trajectory(model, strobe, Settlement(False, None, np.nan, None, "not settled"))
+def motion(model, states):
+    return Trajectory(model, states, Settlement(False, None, np.nan, None, "not settled"))
 
 
 def stepped_over(law, eps, periods):
-    """Strobe states as Taylor's method alone has them: it sees nothing that is flat where it is."""
+    """States as Taylor's method alone has them: it sees nothing that is flat where it is."""
     force = hy.cos(0.8 * hy.time) - X - 0.5 * LAWS[law]
     integrator = hy.taylor_adaptive([(X, V), (V, force)], [0.0, 0.0], pars=[eps], tol=1e-13)
     return integrator.propagate_grid(PERIOD * np.arange(periods + 1.0))[-1]

@@ -11,7 +11,7 @@ DUFFING = ("--set", "d=0.06", "--set", "F=0.2")
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    """Readings of Duffing's oscillator in both directions."""
+    """Measurements of Duffing's oscillator in both directions."""
     path = tmp_path_factory.mktemp("data") / "data.csv"
     done = run(
         "measure", "duffing", "--vary", "W=0.9:1.35", "--points", "10", "--quantity", "max q",
@@ -48,7 +48,7 @@ def test_a_stand_that_comes_to_a_limit_keeps_its_readings(tmp_path):
     done = run(*given, "--vary", "F=1:5", "--csv", str(path))
     assert done.exit_code == 3
     assert "stopped early: the trajectory ends at " in done.stderr
-    assert "1 of 3 readings are kept" in done.stderr
+    assert "1 of 3 measurements are kept" in done.stderr
     lines = path.read_text().splitlines()
     assert lines[2].startswith("# stopped early: the trajectory ends at ")
     assert lines[4].startswith("1.0,")
@@ -56,7 +56,7 @@ def test_a_stand_that_comes_to_a_limit_keeps_its_readings(tmp_path):
     assert run(*given, "--vary", "F=4:6", "--csv", str(path)).exit_code == 2
 
 
-def test_readings_are_drawn_with_a_response(data, tmp_path):
+def test_measurements_are_drawn_with_a_response(data, tmp_path):
     saved = tmp_path / "response.nc"
     run("response", "duffing", "--vary", "W=0.9:1.35", *DUFFING, "--out", str(saved))
     done = run("plot", str(saved), "--measured", str(data), "--out", str(tmp_path / "with.svg"))

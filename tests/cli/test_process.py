@@ -240,8 +240,8 @@ def test_interrupt_keeps_a_motion_as_far_as_it_came(which, tmp_path):
     assert "Traceback" not in said
     motion = load(path)
     assert (motion.interrupted, motion.stopped.kind) == (True, "interrupted")
-    assert len(motion.strobe) == record["periods"] + 1 > 1
-    assert np.isfinite(motion.strobe).all()
+    assert len(motion.states) == record["periods"] + 1 > 1
+    assert np.isfinite(motion.states).all()
     assert "it was interrupted" in motion.settlement.message
     assert (motion.sticking is not None) == (which == "through stick")
 

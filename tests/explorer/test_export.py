@@ -181,8 +181,8 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind):
 def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, capsys):
     names = run_python(exported(SIMULATION, "python").decode(), tmp_path, monkeypatch)
     (tmp_path / "saved.nc").write_bytes(exported(SIMULATION, "nc"))
-    np.testing.assert_array_equal(names["solution"].strobe, sf.load(tmp_path / "saved.nc").strobe)
-    assert names["solution"].strobe[0].tolist() == [0.1, 0, 0, 0.5]
+    np.testing.assert_array_equal(names["solution"].states, sf.load(tmp_path / "saved.nc").states)
+    assert names["solution"].states[0].tolist() == [0.1, 0, 0, 0.5]
 
 
 @pytest.mark.parametrize("view", [PLANE, FREE_PLANE], ids=["forced", "autonomous"])

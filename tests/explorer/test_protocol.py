@@ -128,7 +128,7 @@ def test_a_motion_comes_in_pieces_and_ends_with_what_simulate_says(client):
     assert pieces[-1]["verdict"] == right.settlement.message
     assert (pieces[-1]["settled"], pieces[-1]["period"]) == (True, 2)
     starts = [x for piece in pieces[:-1] for x in piece["sections"]["start"]["x"]]
-    assert starts == pytest.approx(right.strobe[:-1, 0].tolist(), rel=1e-5, abs=1e-8)
+    assert starts == pytest.approx(right.states[:-1, 0].tolist(), rel=1e-5, abs=1e-8)
     assert [k for piece in pieces[:-1] for k in piece["sections"]["period"]] == list(range(400))
     times = [t for piece in pieces for t in piece["t"]]
     assert times == sorted(times)

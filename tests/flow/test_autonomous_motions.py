@@ -36,7 +36,7 @@ def test_van_der_pols_cycle_is_settled_on_with_its_period():
 def test_a_squealing_structure_settles_on_the_cycle_that_newton_finds():
     motion = sf.simulate(model_named("squeal", mu=1.0))
     cycle = sf.periodic_orbit(
-        motion.model, state=motion.strobe[-1], duration=motion.settlement.duration
+        motion.model, state=motion.states[-1], duration=motion.settlement.duration
     )
     assert motion.settlement.duration == pytest.approx(cycle.duration, rel=1e-9)
     assert "forcing" not in motion.settlement.message + motion.summary()

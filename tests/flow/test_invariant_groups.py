@@ -37,16 +37,16 @@ def test_an_epidemic_comes_back_from_what_was_left_of_it(start, years, least):
         atol=1e-11,
     ).y  # fmt: skip
     motion = sf.simulate(model, years, start)
-    assert motion.strobe[:, 1].min() < least
-    assert np.log(motion.strobe[:, 1]) == pytest.approx(right[1], abs=1e-5)
-    assert motion.strobe[:, 0] == pytest.approx(right[0], rel=1e-5)
+    assert motion.states[:, 1].min() < least
+    assert np.log(motion.states[:, 1]) == pytest.approx(right[1], abs=1e-5)
+    assert motion.states[:, 0] == pytest.approx(right[0], rel=1e-5)
 
 
 def test_populations_far_below_one_turn_at_the_right_time():
     # Between its outbreaks the predator of this cycle falls to 1e-25 of its largest number.
     eaten = {"x": {"rate": "x*(1 - y)", "start": 60.0}, "y": {"rate": "y*(x - 1)", "start": 1e-3}}
     model = sf.System(name="cycle", parameters={"T": 1.0}, states=eaten, forcing={"period": "T"})
-    states = sf.simulate(model, 200).strobe
+    states = sf.simulate(model, 200).states
     assert states.min() < 1e-25
     kept = states.sum(axis=1) - np.log(states).sum(axis=1)
     assert kept == pytest.approx(kept[0], rel=1e-10)
@@ -55,7 +55,7 @@ def test_populations_far_below_one_turn_at_the_right_time():
 def test_what_has_almost_died_out_is_not_pushed_as_if_it_had():
     eaten = {"x": {"rate": "x*(1 - y)", "start": 60.0}, "y": {"rate": "y*(x - 1)", "start": 1e-3}}
     motion = sf.simulate(sf.System(name="cycle", parameters={}, states=eaten))
-    assert motion.strobe.min() < 1e-25
-    kept = motion.strobe.sum(axis=1) - np.log(motion.strobe).sum(axis=1)
+    assert motion.states.min() < 1e-25
+    kept = motion.states.sum(axis=1) - np.log(motion.states).sum(axis=1)
     assert kept == pytest.approx(kept[0], rel=1e-8)
     assert "pushed" not in motion.settlement.message

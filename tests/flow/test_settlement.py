@@ -9,8 +9,8 @@ from slipfold.flow.settlement import judge_settlement
 
 
 def judge(sequence, tolerance=1e-9):
-    strobe = np.asarray(sequence, dtype=float)
-    return judge_settlement(strobe.reshape(len(strobe), -1), np.ones(1), tolerance)
+    states = np.asarray(sequence, dtype=float)
+    return judge_settlement(states.reshape(len(states), -1), np.ones(1), tolerance)
 
 
 def normal(count):
@@ -88,7 +88,7 @@ def test_an_alternation_that_fades_is_no_period_2(multiplier):
 
 def test_scales_and_tolerance_count():
     steps = np.arange(201)
-    strobe = 1000 * 0.9 ** steps[:, None]
-    assert not judge_settlement(strobe, np.ones(1), 1e-9).settled
-    assert judge_settlement(strobe, np.array([1e4]), 1e-9).settled
-    assert judge_settlement(strobe, np.ones(1), 1e-5).settled
+    states = 1000 * 0.9 ** steps[:, None]
+    assert not judge_settlement(states, np.ones(1), 1e-9).settled
+    assert judge_settlement(states, np.array([1e4]), 1e-9).settled
+    assert judge_settlement(states, np.ones(1), 1e-5).settled

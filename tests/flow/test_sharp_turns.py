@@ -109,7 +109,7 @@ def test_switching_laws_agree_with_an_implicit_method(law, steepness):
     start, end = [0.3, 0.4], 2 * math.pi / 0.8
     # With a tolerance of 1e-9 Radau's own steps may lead past half of a turn.
     reference = solve_ivp(rates, (0, end), start, "Radau", rtol=1e-11, atol=1e-13)
-    result = simulate(model, 1, start).strobe[-1]
+    result = simulate(model, 1, start).states[-1]
     assert result == pytest.approx(reference.y[:, -1], abs=1e-10)
 
 
@@ -132,7 +132,7 @@ def test_regularized_contact_whose_slip_reverses(shape):
 
     start, end = [0.3, 0.4], 1 / 0.13
     found = solve_ivp(rates, (0, end), start, "Radau", rtol=1e-8, atol=1e-10)
-    assert simulate(model, 1, start).strobe[-1] == pytest.approx(found.y[:, -1], abs=2e-5)
+    assert simulate(model, 1, start).states[-1] == pytest.approx(found.y[:, -1], abs=2e-5)
 
 
 @pytest.mark.parametrize("corner", ["select", "relu"])

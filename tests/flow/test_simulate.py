@@ -1,4 +1,4 @@
-"""Simulation: strobe states, dense output, limits, and what cannot be used."""
+"""Simulation: stroboscopic states, dense output, limits, and what cannot be used."""
 
 import numpy as np
 import pytest
@@ -26,9 +26,9 @@ def sliding():
     return simulate(SLIDING, 1000)
 
 
-def test_strobe_states_of_a_linear_oscillator_are_exact(linear):
+def test_stroboscopic_states_of_a_linear_oscillator_are_exact(linear):
     exact = linear.model.exact(linear.time, [0.3, -2.0])
-    assert linear.strobe == pytest.approx(exact, abs=1e-12)
+    assert linear.states == pytest.approx(exact, abs=1e-12)
     assert linear.settlement.settled
     assert linear.settlement.period == 1
 
@@ -52,7 +52,7 @@ def test_samples_agree_with_the_dense_output(sliding):
 def test_settled_state_of_the_reference(sliding):
     expected = [0.34186773524, -0.17677244957, 0.051411204625, 12.166386307]
     assert (sliding.settlement.settled, sliding.settlement.period) == (True, 2)
-    near = min(sliding.strobe[-2:], key=lambda state: np.abs(state - expected).max())
+    near = min(sliding.states[-2:], key=lambda state: np.abs(state - expected).max())
     assert near == pytest.approx(expected, rel=1e-8)
     assert integrate(near, {**BASE, **SLIDING.values}, 2) / SCALE == pytest.approx(
         near / SCALE, abs=1e-10
@@ -81,7 +81,7 @@ def test_stick_ends_the_run_where_scipy_finds_it():
     run = simulate(model, 100, through_stick=False)
     assert run.stopped.kind == "stick"
     assert "fell to 0.01 of Vd" in run.stopped.reason
-    assert len(run.strobe) == 3
+    assert len(run.states) == 3
     assert not run.settlement.settled
     assert run.stopped.reason in run.settlement.message
 
@@ -118,7 +118,7 @@ def test_start_beyond_a_limit_ends_at_once():
     run = simulate(Falling(), 10, [-1.0, 0.0])
     assert (run.stopped.kind, run.stopped.time) == ("ground", 0.0)
     assert "x = -1" in run.stopped.reason
-    assert run.strobe.tolist() == [[-1.0, 0.0]]
+    assert run.states.tolist() == [[-1.0, 0.0]]
     assert run.at(0.0).tolist() == [-1.0, 0.0]
     with pytest.raises(InputError, match="none of the 0 simulated"):
         run.sample()
@@ -142,7 +142,7 @@ def test_singularity_without_a_limit_ends_the_run():
     run = simulate(Runaway(f=2.0), 1000, [1 / 9.7])
     assert run.stopped.kind == "singular"
     assert "became singular 9.7 s after the start, in forcing period 20" in run.stopped.reason
-    assert run.strobe[:, 0] == pytest.approx(1 / (9.7 - np.arange(20) / 2), rel=1e-9)
+    assert run.states[:, 0] == pytest.approx(1 / (9.7 - np.arange(20) / 2), rel=1e-9)
     assert run.stopped.time == pytest.approx(9.7, rel=1e-6)
     assert run.at([1.0, 9.6])[:, 0] == pytest.approx([1 / 8.7, 10], rel=1e-8)
 
@@ -206,8 +206,8 @@ def test_motion_does_not_depend_on_the_unit_of_what_a_limit_watches(unit):
         outputs={"load": "K*(x + 3)"},
         limits={"lift off": {"output": "load", "bound": 0}},
     )
-    expected = simulate(model, 8, [0.3, 0.4]).strobe
-    found = simulate(model.replace(K=unit), 8, [0.3, 0.4]).strobe
+    expected = simulate(model, 8, [0.3, 0.4]).states
+    found = simulate(model.replace(K=unit), 8, [0.3, 0.4]).states
     # Rounding of the weight in each of some hundred steps.
     assert found == pytest.approx(expected, abs=1e-12)
 
@@ -241,7 +241,7 @@ def test_who_watches_a_motion_changes_nothing_and_may_end_it(which):
     watcher = Impatient()
     whole = sf.simulate(**case, periods=200, on_progress=watcher)
     assert not whole.interrupted
-    assert (whole.strobe == sf.simulate(**case, periods=200).strobe).all()
+    assert (whole.states == sf.simulate(**case, periods=200).states).all()
     motions = [item for item in watcher.seen if item.stage == "motion"]
     done = [item.done for item in motions]
     if which == "through stick":  # it begins again where slip alone has ended
@@ -253,7 +253,7 @@ def test_who_watches_a_motion_changes_nothing_and_may_end_it(which):
     assert 50 <= part.periods < 70
     assert part.stopped.kind == "interrupted"
     assert part.stopped.time == pytest.approx(part.periods * part.forcing_period, rel=0.05)
-    assert (part.strobe == whole.strobe[: part.periods + 1]).all()
+    assert (part.states == whole.states[: part.periods + 1]).all()
     assert part.interrupted
     assert not part.settlement.settled
     assert "it was interrupted" in part.summary()

@@ -30,7 +30,7 @@ def test_a_motion_of_thousands_of_vibrations_in_a_period_goes_on():
     motion = sf.simulate(oscillator(2e-4), 17)
     assert motion.settlement.settled
     exact = 1 / (1 - 4e-8 + 2e-5j)
-    assert motion.strobe[-1] == pytest.approx([exact.real, (2e-4j * exact).real], abs=1e-10)
+    assert motion.states[-1] == pytest.approx([exact.real, (2e-4j * exact).real], abs=1e-10)
 
 
 def test_a_pole_still_ends_a_motion():

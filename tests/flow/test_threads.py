@@ -47,7 +47,7 @@ def test_every_kind_of_integration():
                 flow.trajectory(states[0], constants, np.linspace(0, 1, 5)),
                 flow.rates(states, start, constants),
                 flow.jacobians(states, start, constants),
-                simulate(model, 2, states[0]).strobe,
+                simulate(model, 2, states[0]).states,
             ]
         return np.concatenate([item.ravel() for item in found])
 

@@ -89,7 +89,7 @@ def test_stiff_bristles_in_large_reversing_slip(law):
 
     other = solve_ivp(rates, (0, 1), np.zeros(3), method="Radau", rtol=1e-9, atol=1e-12)
     assert motion.stopped is None
-    assert motion.strobe[-1] == pytest.approx(other.y[:, -1], rel=1e-6)
+    assert motion.states[-1] == pytest.approx(other.y[:, -1], rel=1e-6)
     assert motion.checked.agree
 
 
@@ -130,7 +130,7 @@ def test_a_cycle_with_stiff_bristles_is_settled_on():
     belt = sf.FrictionContact("x", law, load=load, Vd=speed)
     motion = sf.simulate(sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt))
     assert motion.settlement.kind == "cycle"
-    start = motion.strobe[-1]
+    start = motion.states[-1]
 
     def rates(t, q):
         rate, mu = bristles(law, speed - q[1], q[2])

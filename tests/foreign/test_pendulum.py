@@ -75,12 +75,12 @@ def after(orbit, method="Radau", tolerance=1e-11):
 def test_a_driven_pendulum_turns_round_once_in_each_period():
     motion = simulate(driven(), 300, ROTATING)
     assert motion.settlement.period == 1
-    assert motion.settlement.turns == {"phi": -1}
+    assert motion.settlement.revolutions == {"phi": -1}
     assert "phi makes 1 revolution, backwards" in motion.settlement.message
     assert motion.checked.disagreeing == ()
-    assert np.abs(motion.strobe[1:, 0]).max() <= np.pi
-    orbit = periodic_orbit(driven(), state=motion.strobe[-1])
-    assert orbit.turns == {"phi": -1}
+    assert np.abs(motion.states[1:, 0]).max() <= np.pi
+    orbit = periodic_orbit(driven(), state=motion.states[-1])
+    assert orbit.revolutions == {"phi": -1}
     end, multipliers = after(orbit)
     assert end - orbit.state == pytest.approx([-2 * np.pi, 0], abs=1e-9)
     assert sorted(abs(multipliers)) == pytest.approx(sorted(abs(orbit.multipliers)), abs=1e-9)
@@ -100,8 +100,9 @@ def test_rotations_double_where_scipy_says(method):
     first, second = diagram.branches
     (point,), (doubled,) = first.special, second.special
     assert (point.type, doubled.type) == ("PD", "PD")
-    assert (first.turns, second.turns) == ({"phi": -1}, {"phi": -2})
-    assert all(branch.orbit(k).turns == branch.turns for branch in (first, second) for k in (1, -1))
+    assert (first.revolutions, second.revolutions) == ({"phi": -1}, {"phi": -2})
+    for branch in (first, second):
+        assert branch.orbit(1).revolutions == branch.orbit(-1).revolutions == branch.revolutions
     assert diagram.checked.disagreeing == ()
     for found in (point, doubled):
         end, multipliers = after(found.orbit, "DOP853", 1e-12)
@@ -133,13 +134,13 @@ def test_equilibria_are_the_same_after_a_turn():
     )
     diagram = response(pulled, vary="M", span=(-200, 200))
     assert np.abs(diagram.branches[0].states[:, 0]).max() < 2 * np.pi
-    assert diagram.branches[0].turns == {"phi": 0}
+    assert diagram.branches[0].revolutions == {"phi": 0}
 
 
 def test_an_overdamped_junction_runs_as_long_as_known():
     """The time of a turn is 2 pi/sqrt(I^2 - 1): it has no bound where equilibria appear."""
     model = overdamped()
-    assert simulate(model).settlement.turns == {"phi": 1}
+    assert simulate(model).settlement.revolutions == {"phi": 1}
     cycle = periodic_orbit(model)
     assert cycle.duration == pytest.approx(2 * np.pi / np.sqrt(1.25), rel=1e-12)
     assert cycle.multipliers.tolist() == [1]

@@ -4,22 +4,11 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.foreign_systems import fitzhugh_nagumo
 from slipfold.continuation import search
 from slipfold.flow.scales import measured
 
 BY_COLLOCATION = sf.Settings(discretization="collocation", largest_period=1)
-
-
-def fitzhugh_nagumo(eps):
-    """FitzHugh, Biophysical Journal 1 (1961) 445-466, with his a = 0.7 and b = 0.8."""
-    return sf.System(
-        name="fitzhugh-nagumo",
-        parameters={"I": 0.0, "eps": eps},
-        states={
-            "v": {"rate": "v - v^3/3 - w + I", "start": -1.2},
-            "w": {"rate": "eps*(v + 0.7 - 0.8*w)", "start": -0.6},
-        },
-    )
 
 
 def hopf_current(eps):

@@ -102,7 +102,7 @@ def doubled_branch():
             special_point("EVENT", name="x", value=0.07, arclength=0.2, nodes=nodes[1], **none),
         ),
         stopped=End("span", "the span ends here", 0.1),
-        started=End("born", "left branch 1 at a period doubling", 0.05),
+        started=End("bifurcation", "left branch 1 at a period doubling", 0.05),
     )
 
 

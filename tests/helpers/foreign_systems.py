@@ -54,3 +54,15 @@ def cases():
     """All diagrams of all systems."""
     counts = ((name, len(Case(name, 0).file["diagrams"])) for name in FILES)
     return [Case(name, number) for name, count in counts for number in range(count)]
+
+
+def fitzhugh_nagumo(eps=0.08):
+    """FitzHugh, Biophysical Journal 1 (1961) 445-466, with his a = 0.7 and b = 0.8."""
+    return sf.System(
+        name="fitzhugh-nagumo",
+        parameters={"I": 0.0, "eps": eps},
+        states={
+            "v": {"rate": "v - v^3/3 - w + I", "start": -1.2},
+            "w": {"rate": "eps*(v + 0.7 - 0.8*w)", "start": -0.6},
+        },
+    )

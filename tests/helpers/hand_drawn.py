@@ -128,7 +128,7 @@ def threshold_diagram(doubling, tori=(), *, criticality="supercritical", vary="N
         [drawn_point("NS", torus, torus, _reach(torus, slope)) for torus in tori],
         arclength=grid,
         period=2,
-        started="born",
+        started="bifurcation",
         vary=vary,
     )
     return diagram_of(first, second)

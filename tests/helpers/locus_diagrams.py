@@ -97,7 +97,7 @@ def fold_locus(**changes):
         "residual": np.array([1e-14, 2e-14]),
         "arclength": np.array([0.0, 0.25]),
         "special": (),
-        "started": LocusEnd("codimension-2", "born at a GPD of locus 1", (12.4362, 0.042)),
+        "started": LocusEnd("codimension-2", "emanates at a GPD of locus 1", (12.4362, 0.042)),
         "stopped": LocusEnd("window", "left the window at f = 11.5", (11.5, 0.15)),
     }
     given.update(changes)

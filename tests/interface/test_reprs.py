@@ -102,7 +102,7 @@ def test_verdicts_say_what_a_person_wants():
     start, born = diagram().branches[0].stopped, diagram().branches[1].started
     assert repr(start).startswith("<End: limit at 0.375947: spring collapsed: l/L fell to")
     assert str(start) == start.reason
-    assert repr(born) == "<End: born at 0.0435789: born at Nd = 0.0435789115>"
+    assert repr(born) == "<End: bifurcation at 0.0435789: emanates at Nd = 0.0435789115>"
     settled = motion().settlement
     assert repr(settled) == f"<Settlement: settled on period 2, drift {settled.drift:.1e}>"
     assert "settled on a cycle of 6.66" in repr(SHORT["on a cycle"]())

@@ -44,7 +44,8 @@ def test_noise_on_the_parent_is_not_a_stretch():
     s = np.linspace(0, 1, 5)
     noise = np.array([1 + 1e-12, 0.5, 0.3, 0.2], dtype=complex)
     multipliers = [noise, INSIDE, INSIDE, INSIDE, noise]
-    branch = drawn_branch(s, {"x": s}, multipliers, period=2, started="born", stopped="closed")
+    ends = {"started": "bifurcation", "stopped": "closed"}
+    branch = drawn_branch(s, {"x": s}, multipliers, period=2, **ends)
     assert kinds(branch) == ["stable"]
 
 

@@ -4,21 +4,9 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.foreign_systems import fitzhugh_nagumo
 
 BY_COLLOCATION = sf.Settings(discretization="collocation", largest_period=1)
-
-
-def neuron(eps=0.08, **more):
-    """FitzHugh, Biophysical Journal 1 (1961) 445-466, with his a = 0.7 and b = 0.8."""
-    return sf.System(
-        name="fitzhugh-nagumo",
-        parameters={"I": 0.0, "eps": eps},
-        states={
-            "v": {"rate": "v - v^3/3 - w + I", "start": -1.2},
-            "w": {"rate": "eps*(v + 0.7 - 0.8*w)", "start": -0.6},
-            **more,
-        },
-    )
 
 
 def fold(model, span):
@@ -30,7 +18,7 @@ def fold(model, span):
 @pytest.fixture(scope="module")
 def folds():
     """The fold of cycles beyond the canards, from soft to hard excitation."""
-    point = fold(neuron(), (0.31, 0.34))
+    point = fold(fitzhugh_nagumo(), (0.31, 0.34))
     return sf.locus(point, ("I", "eps"), ((0.28, 0.5), (0.02, 0.2)))
 
 
@@ -51,5 +39,5 @@ def test_branches_have_their_folds_on_it(folds, eps):
     current, eps = locus.values[index].tolist()
     v = -np.sqrt(1 - 0.8 * eps)  # where cycles emanate: the trace of the Jacobian is zero
     hopf = (v + 0.7) / 0.8 - v + v**3 / 3
-    point = fold(neuron(eps), (current - 0.01, hopf + 0.002))
+    point = fold(fitzhugh_nagumo(eps), (current - 0.01, hopf + 0.002))
     assert point.value == pytest.approx(current, abs=1e-10)

@@ -120,7 +120,7 @@ def test_a_forced_pendulum_turns_round_either_way():
     found = sf.attractors(system(PENDULUM), {"a": (-3, 3), "v": (-3, 3)}, starts=32)
     assert kinds(found) == [("periodic", 1)] * 2
     orbits = [sf.periodic_orbit(found.model, state=item.state) for item in found]
-    assert sorted(orbit.turns["a"] for orbit in orbits) == [-1, 1]
+    assert sorted(orbit.revolutions["a"] for orbit in orbits) == [-1, 1]
     # By a -> -a half a period later.
     assert found[0].multipliers == pytest.approx(found[1].multipliers, abs=1e-8)
     assert np.all(found.labels > 0)

@@ -46,7 +46,7 @@ def test_cells_that_the_boundary_crosses_are_uncertain(circle):
     crossed = (at_corners + center > 0) & (at_corners + center < 5)
     assert np.array_equal(circle.uncertain == 1, crossed)
     assert not (circle.uncertain == 2).any()
-    assert circle.uncertain_share() == crossed.mean()
+    assert circle.uncertain_fraction() == crossed.mean()
     assert f"the label changes within {100 * crossed.mean():.3g} % of the cells" in circle.summary()
     cell = circle.to_xarray().sel(x=1, y=0, method="nearest")
     assert int(cell.reached) == circle.labels[10, 29]
@@ -86,7 +86,7 @@ def test_fractal_basins_of_a_pendulum_are_said_to_be():
     found = sf.basins(pendulum, {"a": (-3.1, 3.1), "v": (-4, 4)}, points=20)
     assert sorted(item.period for item in found) == [1, 2, 2]
     assert (found.labels > 0).all()
-    assert found.uncertain_share() > 0.5
+    assert found.uncertain_fraction() > 0.5
 
     def rates(t, y):
         return [y[1], -0.2 * y[1] - np.sin(y[0]) + 1.66 * np.cos(t)]
@@ -122,7 +122,7 @@ def test_the_picture_has_a_color_for_each_and_its_share(circle):
     assert ax.get_xlabel() == "$x$"
     texts = sorted(text.get_text() for text in ax.get_legend().get_texts())
     (rest,) = (item for item in circle if item.kind == "equilibrium")
-    assert texts[0] == f"changes within the cell: {100 * circle.uncertain_share():.3g} %"
+    assert texts[0] == f"changes within the cell: {100 * circle.uncertain_fraction():.3g} %"
     assert texts[2] == f"equilibrium: {100 * circle.fraction(rest).value:.3g} %"
     left, right, bottom, top = image.get_extent()
     assert (left, right) == pytest.approx((-2 - 2 / 39, 2 + 2 / 39))

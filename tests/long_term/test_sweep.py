@@ -40,9 +40,9 @@ def test_of_a_torus_each_period_is_a_dot():
         state={"y": 0.1}, periods=24,
     )  # fmt: skip
     assert torus.repeats("up").tolist() == [0, 0]
-    _, strobe = dots_of(torus, 0, "x", "stroboscopic")
+    _, states = dots_of(torus, 0, "x", "stroboscopic")
     _, high = dots_of(torus, 0, "x", "max")
-    assert len(strobe) == 2 * 24
+    assert len(states) == 2 * 24
     assert len(high) == 2 * 23
     assert high.max() <= 0.45
 
@@ -116,7 +116,7 @@ def test_motions_on_a_floor_at_rest_are_swept():
     """Over the speed of the floor, zero, slip is infinite: they were called singular at once."""
     floor = den_hartog(0.6, 0.2)
     found = sf.sweep(floor, "F", (0.8, 1.0), points=2, starts=1, transient=100, periods=4)
-    alone = [sf.simulate(floor.replace(F=F), 300).strobe[-1] for F in (0.8, 1.0)]
+    alone = [sf.simulate(floor.replace(F=F), 300).states[-1] for F in (0.8, 1.0)]
     for run_name in ("up", "down", "start 1"):
         assert found.repeats(run_name).tolist() == [1, 1]
         assert found.states[found.run(run_name), :, -1] == pytest.approx(np.array(alone), abs=1e-7)

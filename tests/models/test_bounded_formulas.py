@@ -59,8 +59,8 @@ def test_motions_go_on_where_parts_overflow():
     """Their speeds are a thousand widths and more."""
     found, exact = simulate(model("1/cosh(v/e)^2"), 20), simulate(model("1 - tanh(v/e)^2"), 20)
     assert found.stopped is None
-    assert np.abs(found.strobe[:, 1]).max() > 1
-    assert found.strobe[-1] == pytest.approx(exact.strobe[-1], abs=1e-8)
+    assert np.abs(found.states[:, 1]).max() > 1
+    assert found.states[-1] == pytest.approx(exact.states[-1], abs=1e-8)
 
 
 def test_a_response_is_followed_to_where_parts_overflow():

@@ -1,4 +1,4 @@
-"""Files of readings: what they say comes back, and what they say wrongly is told."""
+"""Files of measurements: what they say comes back, and what they say wrongly is told."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_units_become_si_and_what_is_empty_is_missing(tmp_path):
     )
     assert (found.vary, found.unit) == ("Nd", "N")
     assert np.array_equal(found.values, [0.01, 0.02])
-    assert np.array_equal(found.readings, [[1.01], [np.nan]], equal_nan=True)
+    assert np.array_equal(found.measured, [[1.01], [np.nan]], equal_nan=True)
     assert np.array_equal(found.errors, [[0.002], [0.002]])
     assert found.sweep == ("up", "down")
     assert [(item.measure, item.output) for item in found.quantities] == [("max", "N")]
@@ -37,7 +37,7 @@ def test_what_is_written_is_read_back_to_the_last_digit(tmp_path):
         "12.1,0.1,-0.2,1e-3,\n12.3,0.30000000000000004,,2e-3,up\n",
     )
     again = read(tmp_path, csv_of(first, ["a remark"]))
-    for name in ("values", "readings", "errors"):
+    for name in ("values", "measured", "errors"):
         assert np.array_equal(getattr(first, name), getattr(again, name), equal_nan=True)
     assert (first.quantities, first.sweep) == (again.quantities, again.sweep)
 
@@ -45,16 +45,16 @@ def test_what_is_written_is_read_back_to_the_last_digit(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "holds no readings; give a head"),
-        ("f [Hz],max y\n", "holds no readings"),
-        ("f [Hz]\n1\n", "holds no readings besides f"),
+        ("", "holds no measurements; give a head"),
+        ("f [Hz],max y\n", "holds no measurements"),
+        ("f [Hz]\n1\n", "holds no measurements besides f"),
         ("q [Hz],max y\n1,2\n", "sliding has no parameter 'q'"),
         ("f,max y\n1,2\n", "'f' has no unit; write f .Hz., or one of Hz, kHz, mHz"),
         ("f [rpm],max y\n1,2\n", "has the unit 'rpm'"),
         ("f [Hz],largest y\n1,2\n", "does not say what is measured"),
         ("f [Hz],max z\n1,2\n", "sliding has no output 'z'"),
         ("f [Hz],max y,max y\n1,2,3\n", "2 columns 'max y'"),
-        ("f [Hz],max y,error of min y\n1,2,3\n", "errors of min y but no readings of it"),
+        ("f [Hz],max y,error of min y\n1,2,3\n", "errors of min y but no measurements of it"),
         ("f [Hz],max y\n1,2,3\n", "line 2 of .* has 3 cells under 2 heads"),
         ("f [Hz],max y\n1,zwei\n", "line 2 of .*'zwei' under 'max y' is not a finite number"),
         ("f [Hz],max y\n1,inf\n", "is not a finite number"),
@@ -87,4 +87,4 @@ def test_spreadsheets_of_other_countries_are_read(tmp_path, separator, point):
     path.write_text(text.replace(".", point))
     read = sf.read_measurement(path, sf.SlidingOscillator())
     assert read.values.tolist() == [0.01, 0.02]
-    assert read.readings[:, 0].tolist() == [0.107, 0.153]
+    assert read.measured[:, 0].tolist() == [0.107, 0.153]

@@ -11,7 +11,7 @@ import slipfold as sf
 DUFFING = sf.built_in_models()["duffing"]
 LINEAR = DUFFING(g=0.0, W=1.0, d=0.1)
 FREQUENCIES = np.linspace(0.7, 1.4, 12)
-COUNT = 200  # fits of noisy readings
+COUNT = 200  # fits of noisy measurements
 
 
 def amplitude(W, k, d, F):
@@ -26,18 +26,18 @@ def slopes(W, k, d, F):
 
 
 def measured(read, errors=np.nan, values=FREQUENCIES):
-    """Readings of the largest displacement."""
+    """Measurements of the largest displacement."""
     quantity = sf.Quantity("max", "q", "")
-    readings = np.asarray(read)[:, None]
+    measurements = np.asarray(read)[:, None]
     return sf.Measurement(
-        "W", "rad/s", values, (quantity,), readings, np.full(readings.shape, errors),
+        "W", "rad/s", values, (quantity,), measurements, np.full(measurements.shape, errors),
         ("",) * len(values),
     )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def noisy():
-    """Readings of a linear oscillator with noise, and the noise's deviation."""
+    """Measurements of a linear oscillator with noise, and the noise's deviation."""
     noise = np.random.default_rng(5).standard_normal(len(FREQUENCIES)) * 0.01
     return measured(amplitude(FREQUENCIES, 1.1, 0.12, LINEAR.F) + noise, 0.01)
 
@@ -54,7 +54,7 @@ def test_a_fit_to_a_linear_oscillator_is_that_of_the_closed_form(noisy, fitted):
     F = LINEAR.F
 
     def away(u):
-        return (amplitude(FREQUENCIES, *u, F) - noisy.readings[:, 0]) / 0.01
+        return (amplitude(FREQUENCIES, *u, F) - noisy.measured[:, 0]) / 0.01
 
     known = least_squares(away, [1.0, 0.1], xtol=1e-15, ftol=1e-15, gtol=1e-15)
     found = [fitted["k"].value, fitted["d"].value]
@@ -63,21 +63,21 @@ def test_a_fit_to_a_linear_oscillator_is_that_of_the_closed_form(noisy, fitted):
     exact = slopes(FREQUENCIES, *known.x, F) / 0.01
     errors = np.sqrt(np.diag(np.linalg.inv(exact.T @ exact)))
     assert np.allclose([fitted["k"].error, fitted["d"].error], errors, rtol=1e-6)
-    assert fitted.scatter == pytest.approx(np.sqrt(known.fun @ known.fun / 10), rel=1e-6)
+    assert fitted.residual_std == pytest.approx(np.sqrt(known.fun @ known.fun / 10), rel=1e-6)
     assert fitted.converged
     assert fitted.used.all()
     assert abs(fitted["k"].value - 1.1) < 4 * fitted["k"].error
     assert fitted["k"].low < fitted["k"].value < fitted["k"].high
 
 
-def profile_end(readings, place, rise, guess):
+def profile_end(measurements, place, rise, guess):
     """End of an interval of the linear oscillator by its profile, from the closed form."""
     from scipy.optimize import brentq, minimize_scalar
 
     bounds = [(0.5, 2.0), (0.02, 0.5)]
 
     def squares(u):
-        return np.sum((amplitude(FREQUENCIES, *u, LINEAR.F) - readings) ** 2)
+        return np.sum((amplitude(FREQUENCIES, *u, LINEAR.F) - measurements) ** 2)
 
     def profile(value):
         held = [lambda other: (value, other), lambda other: (other, value)][place]
@@ -90,25 +90,25 @@ def profile_end(readings, place, rise, guess):
 
 
 def test_intervals_are_those_of_the_profile(noisy, fitted):
-    readings = noisy.readings[:, 0]
+    measurements = noisy.measured[:, 0]
     unknown = sf.fit(
         LINEAR, replace(noisy, errors=np.full((12, 1), np.nan)), {"k": (0.5, 2), "d": (0.02, 0.5)}
     )
     assert unknown["k"].value == pytest.approx(fitted["k"].value, rel=1e-9)
-    assert unknown["k"].error == pytest.approx(fitted["k"].error * fitted.scatter, rel=1e-6)
+    assert unknown["k"].error == pytest.approx(fitted["k"].error * fitted.residual_std, rel=1e-6)
     # Quantiles of the normal distribution, and of Student's with 12 - 2 degrees of freedom.
-    rises = (1.959964 * 0.01) ** 2, (2.228139 * 0.01 * fitted.scatter) ** 2
+    rises = (1.959964 * 0.01) ** 2, (2.228139 * 0.01 * fitted.residual_std) ** 2
     for found, rise in zip((fitted, unknown), rises, strict=True):
         for place, name in enumerate("kd"):
             item = found[name]
             for end, way in ((item.low, -1), (item.high, 1)):
                 guess = item.value, item.value + way * 5 * item.error
-                exact = profile_end(readings, place, rise, guess)
+                exact = profile_end(measurements, place, rise, guess)
                 assert end == pytest.approx(exact, abs=5e-3 * abs(exact - item.value))
 
 
 def duffing_down(seed):
-    """Readings of Duffing's oscillator downward, which jump up at its left fold."""
+    """Measurements of Duffing's oscillator downward, which jump up at its left fold."""
     truth = DUFFING(d=0.06, g=0.9, F=0.2)
     values = np.linspace(0.8, 1.6, 9)
     return sf.measure(truth, "W", values, ["max q"], sweep="down", errors=0.05, seed=seed)
@@ -119,9 +119,9 @@ def test_what_far_from_a_resonance_is_told_of_damping_is_an_interval_to_its_boun
     interval = found["d"]
     assert interval.low == 0.01
     assert 0.06 < interval.high < 0.2
-    best = np.sum(((found.predicted - found.measurement.readings) / 0.05) ** 2)
+    best = np.sum(((found.predicted - found.measurement.measured) / 0.05) ** 2)
     rises = [
-        np.sum(((at - found.measurement.readings) / 0.05) ** 2) - best
+        np.sum(((at - found.measurement.measured) / 0.05) ** 2) - best
         for at in (nearest_read(found, d) for d in (0.01, 0.03, interval.high))
     ]
     assert max(rises[:2]) < 3.841
@@ -129,17 +129,18 @@ def test_what_far_from_a_resonance_is_told_of_damping_is_an_interval_to_its_boun
 
 
 def nearest_read(fit, d):
-    """What the stable responses nearest to readings are at another damping."""
+    """What the stable responses nearest to measurements are at another damping."""
     from slipfold.parameter_space.stable_orbits import stable_orbits
 
     seen = fit.measurement
     orbits = stable_orbits(fit.model.replace(d=d), "W", seen.values, seen.quantities)
-    pairs = zip(orbits, seen.readings, strict=True)
-    return np.array([min((o.read for o in row), key=lambda r: abs(r - y)[0]) for row, y in pairs])
+    pairs = zip(orbits, seen.measured, strict=True)
+    given = (([o.predicted for o in row], y) for row, y in pairs)
+    return np.array([min(row, key=lambda r: abs(r - y)[0]) for row, y in given])
 
 
 def test_rows_below_a_branch_that_leaves_the_span_are_explained():
-    # From g = 2.5 readings change branches again and again, and the upper one reaches W = 1.6.
+    # From g = 2.5 measurements change branches again and again, and the upper one reaches W = 1.6.
     found = sf.fit(DUFFING(g=2.5, F=0.2, d=0.06), duffing_down(1), {"g": (0.1, 3.0)})
     assert found.converged
     assert found.used.all()
@@ -148,7 +149,7 @@ def test_rows_below_a_branch_that_leaves_the_span_are_explained():
 
 
 def coverage(start, bounds, seen, counts):
-    """Share of the intervals that hold the truth, of fits to readings with noise of each seed."""
+    """Fraction of the intervals that hold the truth, of fits to measurements with noise."""
     held = [
         item.low <= start.values[item.name] <= item.high
         for seed in range(counts)
@@ -184,9 +185,9 @@ def test_intervals_hold_the_truth_of_friction_and_damping():
     exact = sf.measure(truth, "f", values, ["max y"])
 
     def seen(seed):
-        noise = np.random.default_rng(seed).standard_normal(exact.readings.shape) * 2e-3
-        errors = np.full(exact.readings.shape, 2e-3)
-        return replace(exact, readings=exact.readings + noise, errors=errors)
+        noise = np.random.default_rng(seed).standard_normal(exact.measured.shape) * 2e-3
+        errors = np.full(exact.measured.shape, 2e-3)
+        return replace(exact, measured=exact.measured + noise, errors=errors)
 
     assert coverage(truth, {"mu": (0.3, 0.7), "zeta1": (0.002, 0.05)}, seen, COUNT) < 0.985
 
@@ -209,14 +210,14 @@ def test_an_interrupted_branch_is_not_taken_for_a_whole_one(monkeypatch):
 
 @pytest.fixture(scope="module")
 def swept():
-    """Readings of Duffing's oscillator in both directions, across both of its folds."""
+    """Measurements of Duffing's oscillator in both directions, across both of its folds."""
     values = np.linspace(0.9, 1.35, 10)
     return sf.measure(DUFFING(d=0.06, F=0.2), "W", values, ["max q"], sweep="both")
 
 
 def test_both_sides_of_a_fold_are_explained(swept):
-    up, down = (swept.some([way == each for each in swept.sweep]) for way in ("up", "down"))
-    apart = np.abs(up.readings - down.readings[::-1])[:, 0]
+    up, down = (swept.select([way == each for each in swept.sweep]) for way in ("up", "down"))
+    apart = np.abs(up.measured - down.measured[::-1])[:, 0]
     assert (apart > 0.3).any()  # hysteresis
     found = sf.fit(DUFFING(), swept, {"d": (0.02, 0.2), "F": (0.05, 0.5)})
     assert found.converged
@@ -226,9 +227,9 @@ def test_both_sides_of_a_fold_are_explained(swept):
 
 
 def test_a_reading_that_nothing_explains_is_left_out_and_told(swept):
-    readings = swept.readings.copy()
-    readings[3] += 1.0
-    found = sf.fit(DUFFING(), replace(swept, readings=readings), {"d": (0.02, 0.2)}, F=0.2)
+    measurements = swept.measured.copy()
+    measurements[3] += 1.0
+    found = sf.fit(DUFFING(), replace(swept, measured=measurements), {"d": (0.02, 0.2)}, F=0.2)
     assert np.flatnonzero(~found.used).tolist() == [3]
     assert "1 of 20 rows are left out: row 4 (W = 1.05 rad/s: the nearest stable response is" in (
         found.message
@@ -265,17 +266,17 @@ def test_bounds_that_cannot_be_used(noisy, bounds, words):
 
 def test_too_few_readings_and_other_things_that_are_none(noisy):
     bounds = {"k": (0.5, 2), "d": (0.02, 0.5)}
-    with pytest.raises(sf.InputError, match="explain 2 of 2 readings, too few for 2 parameters"):
-        sf.fit(LINEAR, noisy.some(slice(2)), bounds)
+    with pytest.raises(sf.InputError, match="2 of 2 measurements, too few for 2 parameters"):
+        sf.fit(LINEAR, noisy.select(slice(2)), bounds)
     with pytest.raises(sf.InputError, match="is not a measurement"):
         sf.fit(LINEAR, [1, 2], bounds)
     errors = noisy.errors.copy()
     errors[2] = np.nan
-    with pytest.raises(sf.InputError, match="11 of 12 readings have an error"):
+    with pytest.raises(sf.InputError, match="11 of 12 measurements have an error"):
         sf.fit(LINEAR, replace(noisy, errors=errors), bounds)
 
 
-def test_readings_in_another_unit_are_farther_from_the_model_than_from_their_mean():
+def test_measurements_in_another_unit_are_farther_from_the_model_than_from_their_mean():
     found = sf.fit(
         LINEAR, measured(10 * amplitude(FREQUENCIES, 1.1, 0.12, LINEAR.F)), {"k": (1, 2)}
     )

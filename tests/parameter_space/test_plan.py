@@ -13,12 +13,12 @@ FREQUENCIES = np.linspace(0.7, 1.4, 8)
 
 @pytest.fixture(scope="module")
 def planned():
-    """Readings of a linear oscillator that would tell stiffness and damping."""
+    """Measurements of a linear oscillator that would tell stiffness and damping."""
     return sf.plan_measurement(LINEAR, "W", FREQUENCIES, ["max q"], ["k", "d"], errors=0.01)
 
 
 def exact():
-    """The derivatives of its readings, in closed form."""
+    """The derivatives of its measurements, in closed form."""
     W, k, d, F = FREQUENCIES, LINEAR.k, LINEAR.d, LINEAR.F
     reach = F / np.sqrt((k - W**2) ** 2 + (d * W) ** 2)
     return np.column_stack([-(reach**3) * (k - W**2) / F**2, -(reach**3) * d * W**2 / F**2])

@@ -112,4 +112,4 @@ def test_phase_portrait_has_one_dot_a_forcing_period(ax, doubled):
     draw_phase(doubled, ax=ax, periods=10)
     path, dots = ax.get_lines()
     assert len(path.get_xdata()) == 1280
-    np.testing.assert_allclose(dots.get_xdata(), doubled.strobe[-11:-1, 0], atol=1e-12)
+    np.testing.assert_allclose(dots.get_xdata(), doubled.states[-11:-1, 0], atol=1e-12)

@@ -65,8 +65,8 @@ def test_orbits_and_their_multipliers(item):
     orbit = periodic_orbit(model, item["period"])
     scales = model.state_scales()
     # Which of the two phases an orbit of period 2 is stored with is a matter of taste.
-    strobes = orbit.nodes[:: len(orbit.nodes) // item["period"]]
-    distance = np.abs((strobes - item["state"]) / scales).max(axis=1)
+    states = orbit.nodes[:: len(orbit.nodes) // item["period"]]
+    distance = np.abs((states - item["state"]) / scales).max(axis=1)
     assert distance.min() < 1e-9
     assert same_multipliers(orbit.multipliers, item["multipliers"]) < 1e-7
     assert orbit.residual <= 1e-10

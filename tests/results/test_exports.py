@@ -116,5 +116,5 @@ def test_simulation_that_has_not_settled_shows_no_amplitudes():
 
 def test_tables_of_a_simulation_have_a_column_a_state():
     motion = simulate(model_named("duffing"), 3)
-    assert motion.to_xarray().states.dims == ("strobe", "state")
+    assert motion.to_xarray().states.dims == ("sample", "state")
     assert motion.to_dataframe().columns.tolist() == ["time", "q", "v"]

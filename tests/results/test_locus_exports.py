@@ -62,7 +62,7 @@ def test_summary_says_why_loci_begin_and_end(diagram):
         "left the window at f = 11.5",
         "Locus 1 ends at f = 13.5 Hz, Nd = 0.29 N: spring collapsed; stay below <this> value",
         "Locus 2 (LP of period 2, 2 points, from locus 1) begins at f = 12.4362 Hz, Nd = 0.042 N: "
-        "born at a GPD of locus 1",
+        "emanates at a GPD of locus 1",
         "Locus 2 ends at f = 11.5 Hz, Nd = 0.15 N: left the window at f = 11.5",
         "Locus 3 (NS of period 2, 4 points, from locus 1): the locus closed on itself",
     ]

@@ -74,7 +74,7 @@ def gaps(motion, system, end, halvings, length=1.0):
     for h in halvings:
         steps = round(end / h)
         n = len(motion.model.states) // 2
-        start = length * motion.strobe[0]
+        start = length * motion.states[0]
         other = march(system, start[:n], start[n:], (0, end), steps)
         exact = motion.at(np.linspace(0, end, steps + 1))[:, :n]
         found.append(np.abs(other.q / length - exact).mean())

@@ -25,13 +25,13 @@ def test_a_motion_says_that_it_agrees(model, periods):
 
 def test_a_state_that_does_not_follow_is_seen():
     motion = sf.simulate(den_hartog(0.35, 0.6), 20)
-    strobe = motion.strobe.copy()
-    strobe[-1] += 1e-7
-    wrong = check_trajectory(replace(motion, strobe=strobe))
+    states = motion.states.copy()
+    states[-1] += 1e-7
+    wrong = check_trajectory(replace(motion, states=states))
     assert [item.method for item in wrong.disagreeing] == []  # one in twenty is carried again
-    strobe = strobe.copy()  # a result locks its arrays
-    strobe[1] += 1e-7
-    wrong = check_trajectory(replace(motion, strobe=strobe))
+    states = states.copy()  # a result locks its arrays
+    states[1] += 1e-7
+    wrong = check_trajectory(replace(motion, states=states))
     assert [item.method for item in wrong.disagreeing] == ["other steps"]
 
 

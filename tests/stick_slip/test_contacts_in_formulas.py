@@ -26,7 +26,7 @@ F = { slip = "Vd - v", normal = "N", friction = { law = "Coulomb", mu_s = "1.5*m
 def same_motions(text, structure, periods, start):
     """Both follow the same states through the same intervals."""
     one, other = (sf.simulate(model, periods, start) for model in (text, structure))
-    assert one.strobe == pytest.approx(other.strobe, abs=1e-11)
+    assert one.states == pytest.approx(other.states, abs=1e-11)
     ours, theirs = one.sticking.intervals, other.sticking.intervals
     assert [item.state for item in ours] == [item.state for item in theirs]
     for what in ("begin", "end", "work", "heat"):
@@ -46,7 +46,7 @@ def test_the_counter_body_may_be_the_one_that_friction_drives():
     forth = sf.System.from_toml(BELT)
     back = sf.System.from_toml(BELT.replace("F - x", "-F - x").replace("Vd - v", "v - Vd"))
     one, other = (sf.simulate(model, 40, [1.5, 0.1]) for model in (forth, back))
-    assert one.strobe == pytest.approx(other.strobe, abs=1e-12)
+    assert one.states == pytest.approx(other.states, abs=1e-12)
     works = [sum(item.work for item in motion.sticking.intervals) for motion in (one, other)]
     assert works[0] == pytest.approx(works[1], abs=1e-12)
 
@@ -130,7 +130,7 @@ def test_a_wall_takes_what_energy_there_is():
     motion = sf.simulate(wall, state={"x": 3.1})
     # Every half round takes 2 mu N off the amplitude.
     assert motion.settlement.kind == "equilibrium"
-    assert motion.strobe[-1] == pytest.approx([-0.1, 0.0], abs=1e-12)
+    assert motion.states[-1] == pytest.approx([-0.1, 0.0], abs=1e-12)
     stops = [item.end for item in motion.sticking.intervals if item.state == "slip"]
     assert stops[-1] == pytest.approx(8 * math.pi, rel=1e-12)
 

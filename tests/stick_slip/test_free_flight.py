@@ -104,7 +104,7 @@ def test_free_flight_and_landing(pull, landing):
     assert sum(item.state == "free" for item in intervals) > 3
     ends = [item.end * motion.forcing_period for item in intervals]
     assert ends == pytest.approx([end for _, end in history], abs=1e-9)
-    assert motion.strobe[-1] == pytest.approx(state, abs=1e-9)
+    assert motion.states[-1] == pytest.approx(state, abs=1e-9)
     for item in intervals:
         if item.state == "free":
             assert item.work == item.heat == 0

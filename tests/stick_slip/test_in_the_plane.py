@@ -68,8 +68,8 @@ def test_a_line_in_the_plane_is_a_line():
     )
     flat = sf.simulate(plane, 20)
     line = sf.simulate(den_hartog(0.6, 0.5, 0.8), 20)
-    assert flat.strobe[:, [0, 2]] == pytest.approx(line.strobe, abs=1e-10)
-    assert np.abs(flat.strobe[:, [1, 3]]).max() < 1e-12
+    assert flat.states[:, [0, 2]] == pytest.approx(line.states, abs=1e-10)
+    assert np.abs(flat.states[:, [1, 3]]).max() < 1e-12
     assert [item.state for item in flat.sticking.intervals].count("stick") > 20
 
 
@@ -81,13 +81,13 @@ def test_on_a_wall_the_oscillator_comes_to_rest(forced):
     assert motion.stopped is None
     assert motion.sticking.intervals[0].state == "slip"
     assert motion.sticking.intervals[-1].state == "stick"
-    assert np.abs(motion.strobe[-1, 2:]).max() == 0
-    assert motion.strobe[-1] == pytest.approx(motion.strobe[-2], abs=0)
+    assert np.abs(motion.states[-1, 2:]).max() == 0
+    assert motion.states[-1] == pytest.approx(motion.states[-2], abs=0)
     # All that was in it was turned into heat by friction and damping, but for what springs hold.
     heat = sum(item.heat for item in motion.sticking.intervals)
     work = sum(item.work for item in motion.sticking.intervals)
     assert work == pytest.approx(-heat, rel=1e-12)
-    lost = energy(model, motion.strobe[0]) - energy(model, motion.strobe[-1])
+    lost = energy(model, motion.states[0]) - energy(model, motion.states[-1])
     assert 0.9 * lost < heat < lost
 
 

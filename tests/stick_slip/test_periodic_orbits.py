@@ -109,7 +109,7 @@ def test_multipliers_in_the_plane(values):
     for place, unit in enumerate(np.eye(4)):
         size = step * max(1.0, float(np.abs(orbit.nodes[:, place]).max()))
         ends = [
-            sf.simulate(model, 1, orbit.state + sign * size * unit).strobe[-1] for sign in (1, -1)
+            sf.simulate(model, 1, orbit.state + sign * size * unit).states[-1] for sign in (1, -1)
         ]
         matrix[:, place] = (ends[0] - ends[1]) / (2 * size)
     expected = sorted(np.linalg.eigvals(matrix), key=abs, reverse=True)[:2]

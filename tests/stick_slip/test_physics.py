@@ -51,7 +51,7 @@ def test_energy_balance_over_a_period(law):
     lost = np.einsum("ij,jk,ik->i", v, [[0.1, -0.05], [-0.05, 0.1]], v)
     power = ((forced - lost).reshape(-1, 12) * weights).sum(axis=1)
     gained += float(power @ lengths) / 2 * motion.forcing_period
-    assert gained == pytest.approx(energy(motion.strobe[20]) - energy(motion.strobe[19]), abs=1e-9)
+    assert gained == pytest.approx(energy(motion.states[20]) - energy(motion.states[19]), abs=1e-9)
     assert abs(total(motion, "work") - total(before, "work")) > 0.01
 
 

@@ -126,7 +126,7 @@ def faults(thrown):
         return [f"ended: {motion.stopped.reason}"]
     found = []
     time, states = motion.sample(per_period=32)
-    if not (np.isfinite(motion.strobe).all() and np.isfinite(states).all()):
+    if not (np.isfinite(motion.states).all() and np.isfinite(states).all()):
         return ["NaN"]
     states = thrown.length * states
     slip, normal = thrown.slip(states), thrown.normal(time)
@@ -162,9 +162,9 @@ def unbalanced(thrown, motion, intervals):
         found.append("friction gives heat back")
     if any(before.end != after.begin for before, after in pairwise(intervals)):
         found.append("time has gaps")
-    stored = thrown.energy(thrown.length * motion.strobe)
+    stored = thrown.energy(thrown.length * motion.states)
     # Steps are accurate beside displacements of order one, however small a motion is.
-    unit = thrown.energy(thrown.length * np.ones((1, motion.strobe.shape[1])))[0]
+    unit = thrown.energy(thrown.length * np.ones((1, motion.states.shape[1])))[0]
     scale = max(stored.max(), heat, 1e-4 * unit)
     ends = [item.end for item in intervals]
     gained = put_in(thrown, motion, ends, scale) + sum(item.work for item in intervals)

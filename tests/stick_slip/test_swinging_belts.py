@@ -65,7 +65,7 @@ def test_against_an_integration_from_event_to_event_by_scipy():
         return -rate * math.sin(rate * t) + x
 
     t, y, sign = 0.0, np.array([0.0, 0.0]), 1.0
-    strobe = [y]
+    states = [y]
     for end in 5.0 * np.arange(1, 7):
         while t < end:
             if sign:
@@ -85,10 +85,10 @@ def test_against_an_integration_from_event_to_event_by_scipy():
                 y[1] = table(t)
                 force = needed(t, y[0])
                 sign = math.copysign(1.0, force) if abs(force) > 0.6 - 1e-9 else 0.0
-        strobe.append(y)
+        states.append(y)
     motion = sf.simulate(model, 6, [0.0, 0.0])
     assert {item.state for item in motion.sticking.intervals} == {"stick", "slip"}
-    assert motion.strobe == pytest.approx(np.array(strobe), abs=1e-9)
+    assert motion.states == pytest.approx(np.array(states), abs=1e-9)
 
 
 def zero(function):

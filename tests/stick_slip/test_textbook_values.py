@@ -34,7 +34,7 @@ def test_free_decay_loses_the_same_amplitude_every_half_cycle_and_then_rests():
     half = math.pi * math.sqrt(m / k)
     at_turns = motion.at(half * np.arange(4))
     assert np.abs(at_turns[:, 0]) == pytest.approx(turns, abs=1e-12)
-    assert motion.strobe[-1] == pytest.approx([-turns[3], 0.0], abs=1e-12)
+    assert motion.states[-1] == pytest.approx([-turns[3], 0.0], abs=1e-12)
     (rest,) = (item for item in motion.sticking.intervals if item.state == "stick")
     assert rest.begin == pytest.approx(3 * half, abs=1e-12)
 

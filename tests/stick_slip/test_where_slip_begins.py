@@ -22,10 +22,10 @@ def on_a_belt(Vd=0.25):
 def test_a_motion_that_ended_on_a_release_slips_when_it_goes_on(after):
     model = on_a_belt().replace(duration=1.0)
     first = sf.simulate(model, 2, [0.0, 0.25])
-    assert first.strobe[-1] == pytest.approx([0.5, 0.25], abs=1e-13)
+    assert first.states[-1] == pytest.approx([0.5, 0.25], abs=1e-13)
     again = sf.simulate(model, 2, [0.5 + after, 0.25])
     # By hand: x = mu_k + (mu_s - mu_k) cos t + Vd sin t
-    for t, state in enumerate(again.strobe):
+    for t, state in enumerate(again.states):
         x = 0.25 + 0.25 * math.cos(t) + 0.25 * math.sin(t)
         v = 0.25 * math.cos(t) - 0.25 * math.sin(t)
         assert state == pytest.approx([x, v], abs=1e-12)
@@ -36,10 +36,10 @@ def test_a_motion_that_ended_on_a_release_slips_when_it_goes_on(after):
 def test_a_force_at_its_limit_that_falls_again_holds():
     """Friction is all that the belt needs at once, and less later: it sticks."""
     model = on_a_belt(Vd=0.0).replace(duration=1.0)
-    assert np.abs(sf.simulate(model, 3, [0.5, 0.0]).strobe - [0.5, 0.0]).max() == 0
+    assert np.abs(sf.simulate(model, 3, [0.5, 0.0]).states - [0.5, 0.0]).max() == 0
     moving = on_a_belt(Vd=0.25).replace(duration=1.0)
     # From the other side the belt brings the mass nearer to where its spring is not stretched.
-    states = sf.simulate(moving, 3, [-0.5, 0.25]).strobe
+    states = sf.simulate(moving, 3, [-0.5, 0.25]).states
     assert states == pytest.approx(np.array([[-0.5 + 0.25 * t, 0.25] for t in range(4)]), abs=1e-13)
 
 
@@ -50,7 +50,7 @@ def test_friction_stays_in_its_cone_while_slip_in_the_plane_begins():
     after = np.concatenate([[0.0], np.geomspace(1e-9, 3e-4, 300)])
     phases = begin - period + after
     mode = motion.sticking.mode(period)
-    samples = sample_hybrid(motion.model, motion.strobe[period], mode, phases)
+    samples = sample_hybrid(motion.model, motion.states[period], mode, phases)
     names = [item.name for item in motion.model.outputs()]
     rows = dict(zip(names, samples.outputs().T[-len(names) :], strict=True))
     friction = np.hypot(rows["Fx"], rows["Fy"])

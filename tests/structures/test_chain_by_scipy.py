@@ -154,7 +154,7 @@ def test_motions_begin_at_rest(parts):
         lambda time, state: functions.rates(model, state, (0.2 * time) % 1),
         (0, 10), rest, "DOP853", rtol=1e-12, atol=1e-14,
     )  # fmt: skip
-    assert simulate(model, 2, rest).strobe[-1] == pytest.approx(found.y[:, -1], abs=1e-8)
+    assert simulate(model, 2, rest).states[-1] == pytest.approx(found.y[:, -1], abs=1e-8)
 
 
 def after_a_period(rhs, state, period):

@@ -153,7 +153,7 @@ def test_models_from_files_go_to_other_processes(tmp_path):
     task = StudyTask(plan.model, plan.work, ("k",), (1,), values, versions())
     (record,) = compute(pickle.loads(pickle.dumps(task))).records
     alone = sf.simulate(plan.model, 2, k=2.0)
-    assert record["found"]["last_q"] == alone.strobe[-1][0]
+    assert record["found"]["last_q"] == alone.states[-1][0]
 
 
 def test_what_is_no_executor_is_refused():

@@ -112,7 +112,7 @@ def test_the_circle_is_invariant():
     _, tori = tori_of(model, "Nd", (0, 0.98), period=2, which=1, until=(0.155, 0.98))
     at, circle, rotation, _ = last_of(tori)
     motion = sf.simulate(at, 2, circle[0])
-    assert motion.strobe[2] == pytest.approx(turned(circle, rotation)[0], abs=1e-8)
+    assert motion.states[2] == pytest.approx(turned(circle, rotation)[0], abs=1e-8)
 
 
 @pytest.mark.long
@@ -126,6 +126,6 @@ def test_tori_go_on_beyond_an_interval_in_which_they_are_locked():
     # Inside a motion comes to an orbit of eleven returns of two periods each, and no fewer.
     assert eleventh.last < 0.1359 < eleventh.first
     inside = model.replace(Nd=0.1359)
-    orbit = sf.periodic_orbit(inside, period=22, state=sf.simulate(inside, 6000).strobe[-1])
+    orbit = sf.periodic_orbit(inside, period=22, state=sf.simulate(inside, 6000).states[-1])
     assert orbit.stable
-    assert np.ptp(sf.simulate(inside, 22, orbit.state).strobe[:22:2], axis=0).max() > 0.1
+    assert np.ptp(sf.simulate(inside, 22, orbit.state).states[:22:2], axis=0).max() > 0.1

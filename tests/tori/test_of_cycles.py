@@ -74,13 +74,13 @@ def test_circles_come_round_onto_themselves(uneven):
     assert tori.durations == pytest.approx(2 * np.pi / 3.5, abs=1e-12)
     model, circle = tori.model_at(-1), tori.circle(-1)
     motion = sf.simulate(model, 1, circle[4])
-    assert motion.strobe[1] == pytest.approx(turned(circle, tori.rotation[-1])[4], abs=1e-9)
+    assert motion.states[1] == pytest.approx(turned(circle, tori.rotation[-1])[4], abs=1e-9)
 
 
 def test_their_envelope_is_that_of_a_motion(uneven):
     _, tori = uneven
     model = tori.model_at(-1)
-    passed = sf.simulate(model, 3000, tori.circle(-1)[0]).strobe
+    passed = sf.simulate(model, 3000, tori.circle(-1)[0]).states
     flow, zero = flow_of(model), np.zeros(len(passed))
     values = flow.sample(passed, zero, zero + 1, 64, flow.constants_of(model))[:, :, 0].ravel()
     top = values[1:-1].argmax() + 1
@@ -99,7 +99,7 @@ def test_those_of_a_circuit_are_born_unstable():
         assert not tori.stable.any()
         assert tori.durations[0] - tori.durations[-1] > 1e-4
         model, circle = tori.model_at(-1), tori.circle(-1)
-        came = sf.simulate(model, 1, circle[4]).strobe[1]
+        came = sf.simulate(model, 1, circle[4]).states[1]
         assert came == pytest.approx(turned(circle, tori.rotation[-1])[4], abs=1e-8)
         assert (tori.growth[1:] > tori.growth_error[1:]).all()
     # One is the mirror image of the other.

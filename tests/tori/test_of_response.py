@@ -56,7 +56,7 @@ def test_they_are_invariant_and_attract(tori):
 
 def test_their_envelope_is_that_of_a_settled_simulation(model, tori):
     at = model.replace(w=1.1)
-    settled = sf.simulate(at, 4500).strobe[500:]
+    settled = sf.simulate(at, 4500).states[500:]
 
     def sampled(states, count):
         flow, zero = flow_of(at), np.zeros(len(states))
@@ -237,7 +237,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
     assert found.branches == ()
     up, down = found.tori
     assert up.started.kind == down.started.kind == "settled"
-    assert up.stopped.kind == "birth"
+    assert up.stopped.kind == "bifurcation"
     assert up.stopped.value == pytest.approx(0.1664381671, abs=1e-8)
     assert up.rotation[-1] == pytest.approx(0.11315204, abs=1e-7)
     assert down.stopped.kind == "span"
@@ -251,7 +251,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
         * np.exp(2j * np.pi * up.rotation[0] * np.arange(len(circle) // 2 + 1))[:, None],
         len(circle), axis=0,
     )  # fmt: skip
-    assert motion.strobe[-1] == pytest.approx(turned[0], abs=1e-8)
+    assert motion.states[-1] == pytest.approx(turned[0], abs=1e-8)
 
 
 def test_a_motion_on_no_torus_says_what_it_does():

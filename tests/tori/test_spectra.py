@@ -35,9 +35,9 @@ def weighted_line(values, times, frequency):
 
 def test_they_are_those_of_a_settled_simulation(tori, spectrum):
     model = tori.model_at(-1)
-    strobe = sf.simulate(model, 500 + PERIODS).strobe[500:-1]
+    states = sf.simulate(model, 500 + PERIODS).states[500:-1]
     flow, zero = flow_of(model), np.zeros(PERIODS)
-    values = flow.sample(strobe, zero, zero + 1, 64, flow.constants_of(model))[:, :, 0].ravel()
+    values = flow.sample(states, zero, zero + 1, 64, flow.constants_of(model))[:, :, 0].ravel()
     times = np.arange(len(values)) / (64 * spectrum.frequencies[0])
     for line in spectrum.of("x").argsort()[::-1][:12]:
         found = weighted_line(values, times, spectrum.frequency[line])
@@ -45,7 +45,7 @@ def test_they_are_those_of_a_settled_simulation(tori, spectrum):
 
 
 def test_together_they_are_the_motion_from_the_first_state_of_the_circle(tori, spectrum):
-    motion = sf.simulate(tori.model_at(-1), 7, tori.circle(-1)[0]).strobe
+    motion = sf.simulate(tori.model_at(-1), 7, tori.circle(-1)[0]).states
     times = np.arange(8) / spectrum.frequencies[0]
     turns = np.exp(2j * np.pi * times[:, None] * spectrum.frequency)
     assert (turns @ spectrum.coefficients).real == pytest.approx(motion, abs=1e-7)

@@ -5,7 +5,7 @@ AUTO's demos
 A demo of AUTO is a file of equations in Fortran, a script, and a file of constants for each run:
 mesh ``NTST``, steps ``DS``, ``DSMIN`` and ``DSMAX``, tolerances ``EPSL``, ``EPSU`` and ``EPSS``,
 what is free (``ICP``) and where to leave from (``IRS``, ``ISW``). In slipfold the equations are a
-file of text, and one command follows the equilibrium, the cycles born at its Hopf points and what
+file of text, and one command follows the equilibrium, the cycles from its Hopf points and what
 branches from these. Steps, meshes and tolerances are its own. AUTO's points below are computed by
 AUTO from the same files of equations, with the constants of its demos; where its manual prints a
 value, the table quotes that, too. Four demos are run to make this page; the points of the others,

@@ -77,7 +77,7 @@ def measure(
     >>> len(seen), seen.errors.tolist()
     (2, [[1e-05], [1e-05]])
     """
-    from slipfold.parameter_space.stand import swept
+    from slipfold.parameter_space.simulated_measurement import swept
 
     changed = checked_forced(
         checked_model(model).replace(**parameters), "it has no response to measure; use simulate"
@@ -136,11 +136,12 @@ def fit(
     """Fit parameters so that the stable responses of a model are closest to measurements.
 
     The response is followed over the parameter that was varied in the measurement, from both ends
-    of its span; each reading is assigned to the nearest stable orbit. For these orbits the weighted
-    sum of squares is minimized, then readings are assigned again, as long as the sum decreases.
+    of its span; each measurement is assigned to the nearest stable orbit. For these orbits the
+    weighted sum of squares is minimized. Measurements are assigned again as long as the sum
+    decreases.
     Searches start from the values of the model and from other points within the bounds; the
-    smallest sum counts. A reading beyond six typical distances from every stable orbit is left out
-    and counts as one at that distance; the result lists these readings with the reason.
+    smallest sum counts. A measurement beyond six typical distances from every stable orbit is left
+    out and counts as one at that distance; the result lists these measurements with the reason.
 
     Returns
     -------
@@ -153,7 +154,7 @@ def fit(
     ------
     InputError
         If a parameter or bound cannot be used, the model has no forcing, or stable responses
-        explain too few readings.
+        explain too few measurements.
 
     Examples
     --------
@@ -177,8 +178,8 @@ def fit(
     result = find_fit(changed, measurement, checked, on_progress)
     used = result.best.used(result.scale)
     prediction = result.best.prediction(used)
-    predicted = np.full(measurement.readings.shape, np.nan)
-    predicted[used] = prediction.read
+    predicted = np.full(measurement.measured.shape, np.nan)
+    predicted[used] = prediction.predicted
     period = np.zeros(len(measurement), dtype=np.int64)
     period[used] = [orbit.period for orbit in prediction.orbits]
     return Fit(
@@ -188,7 +189,7 @@ def fit(
         predicted=predicted,
         period=period,
         used=used,
-        scatter=result.scatter,
+        residual_std=result.residual_std,
         converged=result.converged,
         message=result.message,
         provenance=provenance(perf_counter() - started),
@@ -227,8 +228,8 @@ def plan_measurement(
     Returns
     -------
     MeasurementPlan
-        Expected standard errors and correlations of the parameters; derivatives of each reading;
-        ``best(count)`` chooses points.
+        Expected standard errors and correlations of the parameters; derivatives of each
+        measurement; ``best(count)`` chooses points.
 
     Raises
     ------
@@ -265,14 +266,14 @@ def plan_measurement(
         )
     started = perf_counter()
     chosen = checked_values(changed.variable_parameter(vary), values)
-    read, slopes = plan(changed, vary, chosen, measured, fitted, noise)
+    predicted, slopes = plan(changed, vary, chosen, measured, fitted, noise)
     return MeasurementPlan(
         model=changed,
         vary=vary,
         quantities=measured,
         fitted=tuple(fitted),
         values=chosen,
-        read=read,
+        predicted=predicted,
         slopes=slopes,
         errors=noise,
         provenance=provenance(perf_counter() - started),

@@ -327,8 +327,8 @@ def design(
     orbit = ParameterizedOrbit.at(model.replace(**{vary: at}), names)
     placed = ParameterizedPoint.at(point, names)
     stay = [
-        Requirement(ParameterizedPoint.at(other, names), "above", least)
-        for other, least in kept.values()
+        Requirement(ParameterizedPoint.at(other, names), "above", bound)
+        for other, bound in kept.values()
     ]
 
     def find(side: str, bound: float, start: Array) -> Choice:
@@ -353,7 +353,7 @@ def design(
         state=model.states[watched].name,
         level=orbit.level(watched)[0],
         kept=tuple(kept),
-        least=tuple(least for _, least in kept.values()),
+        lower_bounds=tuple(bound for _, bound in kept.values()),
         sides=tuple(side for side, _ in sides),
         wanted=np.array([bound for _, bound in sides]),
         values=np.array([choice.values for choice in choices]),

@@ -213,7 +213,7 @@ class SingleTrajectory:
         self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
         if not self.stuck and not self._sticks:
             self._hybrid = None  # the next period may have no events
-        return [trajectory.strobe[-1]]
+        return [trajectory.states[-1]]
 
 
 def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, GuardStop]]:

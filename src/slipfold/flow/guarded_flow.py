@@ -57,7 +57,7 @@ class GuardedFlow:
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> model = SlidingOscillator(f=12.2, Nd=0.05)
     >>> flow = GuardedFlow(model, flow_of(model).constants_of(model), model.start)
-    >>> flow.strobe(model.start, 3).shape
+    >>> flow.iterates(model.start, 3).shape
     (4, 4)
     """
 
@@ -71,7 +71,7 @@ class GuardedFlow:
         self._bounds = np.array([limit.bound for limit in self._limits])
         self._parameters = np.concatenate([constants.known, self._weights(start)])
 
-    def strobe(self, state: Array, periods: int) -> Array:
+    def iterates(self, state: Array, periods: int) -> Array:
         """Return the start and the states after each forcing period, up to the trajectory's end.
 
         Shapes: state (n,); returns (periods + 1, n), or fewer rows if the trajectory ends early.

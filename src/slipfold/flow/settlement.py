@@ -64,8 +64,9 @@ class Settlement:
         Period of that response in forcing periods, 1 to 8; 1 on a cycle or an equilibrium; None if
         not settled.
     drift
-        Largest change of a strobe state from one response period to the next at the end, in scaled
-        states; with respect to one forcing period if not settled and not approaching anything.
+        Largest change of a stroboscopic state from one response period to the next at the end, in
+        scaled states; with respect to one forcing period if it neither settled nor approaches
+        anything.
     rate
         Factor by which the drift changes in one forcing period; None where it is too small or the
         run too short to measure it.
@@ -76,7 +77,7 @@ class Settlement:
     kind
         ``"response"`` of a forced model, ``"cycle"`` or ``"equilibrium"`` of an autonomous one;
         None if not settled.
-    turns
+    revolutions
         Full revolutions of each angle in that response, by name; empty if not settled.
     """
 
@@ -87,7 +88,7 @@ class Settlement:
     message: str
     duration: float | None = None
     kind: str | None = None
-    turns: Mapping[str, int] = field(default_factory=dict)
+    revolutions: Mapping[str, int] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """One line: on what, if on anything, and how nearly."""
@@ -166,17 +167,19 @@ class Trend:
         return math.ceil(math.log(tolerance / self.distance) / math.log(rate))
 
 
-def trends_of(scaled: Array, turns: Array = NO_ANGLES) -> list[Trend]:
-    """Return how states change over 1 to 8 of them but for whole turns. Shapes: scaled (m, n)."""
-    return [_measure(scaled, turns, period) for period in range(1, CONVERGENCE.max_period + 1)]
+def trends_of(scaled: Array, angle_periods: Array = NO_ANGLES) -> list[Trend]:
+    """Return how states change over 1 to 8 of them but for revolutions. Shapes: scaled (m, n)."""
+    return [
+        _measure(scaled, angle_periods, period) for period in range(1, CONVERGENCE.max_period + 1)
+    ]
 
 
 def judge_settlement(
-    strobe: Array, scales: Array, tolerance: float, turns: Array = NO_ANGLES
+    states: Array, scales: Array, tolerance: float, angle_periods: Array = NO_ANGLES
 ) -> Settlement:
     """Judge from the states at phase zero whether a trajectory has converged.
 
-    Shapes: strobe (m, n); scales (n,); turns (n,), of angles.
+    Shapes: states (m, n); scales (n,); angle_periods (n,), of angles.
 
     The drift ``d_k`` is the largest change over k periods near the end. It shrinks by a factor
     ``r`` a period, measured over the last three eighths of the run, so the response is still
@@ -188,21 +191,21 @@ def judge_settlement(
     >>> judge_settlement(decay, np.ones(1), 1e-9).period
     1
     """
-    if len(strobe) <= CONVERGENCE.few:
-        count = len(strobe) - 1
+    if len(states) <= CONVERGENCE.few:
+        count = len(states) - 1
         return not_converged(
             f"not settled: {count} forcing periods are too few to decide; "
             f"simulate {5 * CONVERGENCE.short}"
         )
-    trends = trends_of(strobe / scales, turns / scales)
+    trends = trends_of(states / scales, angle_periods / scales)
     for trend in trends:
         if trend.distance <= tolerance:
             return _settled(_shortest(trends, trend, tolerance))
-    return _unsettled(trends, len(strobe) - 1, tolerance)
+    return _unsettled(trends, len(states) - 1, tolerance)
 
 
-def _measure(scaled: Array, turns: Array, period: int) -> Trend:
-    change = np.abs(wrap_angles(scaled[period:] - scaled[:-period], turns)).max(axis=1)
+def _measure(scaled: Array, angle_periods: Array, period: int) -> Trend:
+    change = np.abs(wrap_angles(scaled[period:] - scaled[:-period], angle_periods)).max(axis=1)
     width = max(min(len(scaled) // 8, len(change) // 3), 1)
     windows = tuple(
         float(change[len(change) - (i + 1) * width : len(change) - i * width].max())
@@ -303,24 +306,24 @@ def _cycle_text(duration: float) -> str:
     return f"a cycle of {duration:.9g} s ({1 / duration:.6g} Hz)"
 
 
-def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlement:
+def judge_autonomous(model: Model, states: Array, tolerance: float) -> Settlement:
     """Judge from the end of a trajectory whether it has converged.
 
     On an equilibrium, if it is that near to one that attracts. On a cycle, if its returns to a
     plane across it repeat as the states of a forced trajectory must, and the cycle attracts: in a
     center each round repeats the one before without any having been converged to.
 
-    Shapes: strobe (m, n).
+    Shapes: states (m, n).
 
     >>> from slipfold.flow.simulate import simulate
     >>> from slipfold.models.registry import model_named
     >>> round(simulate(model_named("vanderpol-free")).settlement.duration, 8)
     6.66328686
     """
-    rest = equilibrium_near(model, strobe[-1])
+    rest = equilibrium_near(model, states[-1])
     if rest is not None and rest.distance <= tolerance:
         return _at_rest(rest)
-    end = _End(model, strobe)
+    end = _End(model, states)
     returns, seen = None, 0.0
     for window in chain(
         map(end.window, CONVERGENCE.steps), map(end.stiff_window, CONVERGENCE.steps[:1])
@@ -334,7 +337,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
                 result = _on_cycle(end, window, returns.phases, trend, tolerance)
                 if result is not None:
                     return result
-        if len(returns.phases) >= CONVERGENCE.enough or window.end >= len(strobe) - 1:
+        if len(returns.phases) >= CONVERGENCE.enough or window.end >= len(states) - 1:
             break
     return _unsettled_autonomous(end, returns, seen, rest, tolerance)
 
@@ -352,7 +355,7 @@ class _End:
     """The end of a trajectory, integrated again as far back as requested."""
 
     model: Model
-    strobe: Array
+    states: Array
 
     @cached_property
     def flow(self) -> Flow:
@@ -374,19 +377,19 @@ class _End:
     @property
     def time(self) -> float:
         """Seconds that the trajectory lasts."""
-        return self.unit * (len(self.strobe) - 1)
+        return self.unit * (len(self.states) - 1)
 
     def window(self, steps: int) -> DenseTrajectory | None:
         """Return the trajectory over about so many of its last steps."""
-        return self._window(self.flow.dense(self.strobe[-2], self.constants, 1.0, steps), steps)
+        return self._window(self.flow.dense(self.states[-2], self.constants, 1.0, steps), steps)
 
     def stiff_window(self, steps: int) -> DenseTrajectory | None:
         """Return the same in implicit steps; None where the trajectory is not stiff."""
-        several = min(CONVERGENCE.stiff_intervals, len(self.strobe) - 1)
+        several = min(CONVERGENCE.stiff_intervals, len(self.states) - 1)
         for count in range(
             several, max(several - CONVERGENCE.stiff_trials, 0), -1
         ):  # in a round it is at times
-            start = self.strobe[-1 - count]
+            start = self.states[-1 - count]
             last = self.flow.dense(start, self.constants, float(count), CONVERGENCE.stiff_steps)
             if last is not None and last.implicit:
                 return self._window(last, steps)
@@ -396,8 +399,8 @@ class _End:
         """Return so many steps, which are as long as the last ones."""
         if last is None:
             return None
-        count = min(math.ceil(steps * last.end / len(last.phases)), len(self.strobe) - 1)
-        return self.flow.dense(self.strobe[-1 - count], self.constants, float(count), 4 * steps)
+        count = min(math.ceil(steps * last.end / len(last.phases)), len(self.states) - 1)
+        return self.flow.dense(self.states[-1 - count], self.constants, float(count), 4 * steps)
 
     def returns(self, window: DenseTrajectory) -> _Returns:
         """Find where a trajectory returns to a plane, but for full revolutions.
@@ -517,7 +520,7 @@ def _unsettled_autonomous(
     end: _End, returns: _Returns | None, seen: float, rest: Equilibrium | None, tolerance: float
 ) -> Settlement:
     start = f"not settled after {end.time:.6g} s: "
-    sizes = np.abs(end.strobe / end.scales).max(axis=1)
+    sizes = np.abs(end.states / end.scales).max(axis=1)
     if rest is not None and rest.growth < 0 and _approaches(end, rest):
         more = math.log(rest.distance / tolerance) / -rest.growth
         message = (
@@ -544,7 +547,7 @@ def _few(count: int, seen: float) -> str:
 
 def _approaches(end: _End, rest: Equilibrium) -> bool:
     """Whether the trajectory comes nearer to an equilibrium as its slowest eigenvalue says."""
-    away = np.abs((end.strobe - rest.state) / end.scales).max(axis=1)
+    away = np.abs((end.states - rest.state) / end.scales).max(axis=1)
     if len(away) < CONVERGENCE.fewest:
         return False
     quarters = [float(part.max()) for part in np.array_split(away, 4)][1:]

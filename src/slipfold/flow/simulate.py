@@ -196,7 +196,7 @@ class Integration(ABC):
 
     @property
     @abstractmethod
-    def strobe(self) -> Array:
+    def states(self) -> Array:
         """States at the start of every period so far, read-only, shape (periods + 1, n)."""
 
     @property
@@ -219,7 +219,7 @@ class Integration(ABC):
 
     def result(self, tolerance: float) -> Trajectory:
         """Return the trajectory so far, as data."""
-        return Trajectory(self.model, self.strobe, self.settlement(tolerance), self.stopped)
+        return Trajectory(self.model, self.states, self.settlement(tolerance), self.stopped)
 
     def ends(self, periods: int | None) -> Sequence[int]:
         """Return the numbers of periods after which it is judged, and ended if it has converged."""
@@ -270,7 +270,7 @@ class SmoothIntegration(Integration):
         self._implicit = 0  # periods in implicit steps
 
     @property
-    def strobe(self) -> Array:
+    def states(self) -> Array:
         """States at the start of every period so far."""
         whole = np.concatenate(self._pieces)
         whole.setflags(write=False)
@@ -326,13 +326,13 @@ class SmoothIntegration(Integration):
         if stop is not None:
             result = self._ended_early(stop)
         elif model.forced:
-            scales, turns = model.state_scales(), model.angle_periods
-            result = judge_settlement(self.strobe, scales, tolerance, turns)
-            result = self._with_turns(result, result.period)
+            scales, periods = model.state_scales(), model.angle_periods
+            result = judge_settlement(self.states, scales, tolerance, periods)
+            result = self._with_revolutions(result, result.period)
         else:
-            result = judge_autonomous(model, self.strobe, tolerance)
+            result = judge_autonomous(model, self.states, tolerance)
             length = result.duration and result.duration / self.constants.period
-            result = self._with_turns(result, length)
+            result = self._with_revolutions(result, length)
         message = result.message
         if self._pushed and stop is None:
             message += self._pushed_text()
@@ -344,16 +344,16 @@ class SmoothIntegration(Integration):
             )
         return replace(result, message=message)
 
-    def _with_turns(self, result: Settlement, length: float | None) -> Settlement:
+    def _with_revolutions(self, result: Settlement, length: float | None) -> Settlement:
         """Add the revolutions of angles in a response of that many periods."""
         if length is None or not self.model.angle_periods.any():
             return result
-        start, zero = self.strobe[-1:], np.zeros(1)
+        start, zero = self.states[-1:], np.zeros(1)
         (end,) = flow_of(self.model).advance(start, zero, zero + length, self.constants)
         counts = count_revolutions(end - start[0], self.model.angle_periods)
-        turns = revolutions_by_name(self.model.states, counts)
-        message = "; ".join(filter(None, [result.message, revolutions_text(turns)]))
-        return replace(result, message=message, turns=turns)
+        revolutions = revolutions_by_name(self.model.states, counts)
+        message = "; ".join(filter(None, [result.message, revolutions_text(revolutions)]))
+        return replace(result, message=message, revolutions=revolutions)
 
     def _pushed_text(self) -> str:
         if self._pushed[0] == 0:
@@ -390,7 +390,7 @@ class HybridIntegration(Integration):
         return cls(_in_own_scales(model, start), start)
 
     @property
-    def strobe(self) -> Array:
+    def states(self) -> Array:
         """States at the start of every period so far, shape (periods + 1, n)."""
         whole = np.array(self._states)
         whole.setflags(write=False)
@@ -432,12 +432,12 @@ class HybridIntegration(Integration):
         if self.stopped is not None:
             return self._ended_early(self.stopped)
         if model.forced:
-            return judge_settlement(self.strobe, scales, tolerance)
+            return judge_settlement(self.states, scales, tolerance)
         changes, mode, state = self.recorder.changes, self.modes[-1], self._states[-1]
         since = math.ceil(changes[-1].time) if changes else 0
         slips = all(status in (Status.FORTH, Status.BACK) for status in mode)
         if 2 * since < self.periods and slips:
-            return judge_autonomous(model, self.strobe[since:], tolerance)
+            return judge_autonomous(model, self.states[since:], tolerance)
         rates = self.flow.of(mode).rates(state[None], np.zeros(1), self.constants)[0]
         sticks = all(status is Status.STICK for status in mode)
         if sticks and np.abs(rates / scales).max() <= ROUNDING:
@@ -473,7 +473,7 @@ def _in_own_scales(model: Model, start: Array) -> Model:
         pilot = HybridIntegration(model.with_scales(sizes), start)
         pilot.advance(4)  # periods show the scales
         ends = [item.state for item in pilot.recorder.changes]
-        reached = np.abs(np.array([*pilot.strobe, *ends])).max(axis=0)
+        reached = np.abs(np.array([*pilot.states, *ends])).max(axis=0)
         sizes = power_of_two(np.where(reached > 0, reached, sizes))
     return model.with_scales(sizes)
 

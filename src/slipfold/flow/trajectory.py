@@ -63,7 +63,7 @@ class Trajectory(OneLine):
     ----------
     model
         The model with its parameter values.
-    strobe
+    states
         States at phase zero of every forcing period (the stroboscopic Poincare section), from the
         initial state on, shape (periods + 1, n_states).
     settlement
@@ -85,7 +85,7 @@ class Trajectory(OneLine):
     """
 
     model: Model
-    strobe: Array
+    states: Array
     settlement: Settlement
     stopped: GuardStop | None = None
     sticking: Sticking | None = None
@@ -95,7 +95,7 @@ class Trajectory(OneLine):
         return f"{type(self).__name__} of {self.model.name}, {self.periods} periods: {ended}"
 
     def _rows(self) -> PrintedTable:
-        last = zip(self.model.states, self.strobe[-1], strict=True)
+        last = zip(self.model.states, self.states[-1], strict=True)
         return PrintedTable(
             ["", "last stroboscopic state"],
             [[headed(item), number_text(v, 10)] for item, v in last],
@@ -104,7 +104,7 @@ class Trajectory(OneLine):
     @property
     def periods(self) -> int:
         """Whole forcing periods there are."""
-        return len(self.strobe) - 1
+        return len(self.states) - 1
 
     @property
     def forcing_period(self) -> float:
@@ -113,8 +113,8 @@ class Trajectory(OneLine):
 
     @property
     def time(self) -> Array:
-        """Times of the strobe states in seconds, shape (periods + 1,)."""
-        return np.arange(float(len(self.strobe))) * self.forcing_period
+        """Times of the stroboscopic states in seconds, shape (periods + 1,)."""
+        return np.arange(float(len(self.states))) * self.forcing_period
 
     @property
     def duration(self) -> float:
@@ -152,7 +152,7 @@ class Trajectory(OneLine):
             )
         cycles = np.minimum(times, self.duration) / self.forcing_period
         index = np.minimum(np.floor(cycles).astype(int), self.periods)
-        states = np.empty((len(times), self.strobe.shape[1]))
+        states = np.empty((len(times), self.states.shape[1]))
         order = np.lexsort((cycles, index))
         edges = np.flatnonzero(np.diff(index[order])) + 1
         groups = np.split(order, edges) if len(order) else []
@@ -206,7 +206,7 @@ class Trajectory(OneLine):
             )
         if per_period < 1:
             raise InputError(f"per_period = {per_period} is less than 1; give 1 or more")
-        count, starts = last - first, self.strobe[first:last]
+        count, starts = last - first, self.states[first:last]
         time = (first + np.arange(count * per_period) / per_period) * self.forcing_period
         phases = np.arange(per_period) / per_period
         if self.sticking is None:
@@ -281,7 +281,7 @@ class Trajectory(OneLine):
         count, duration = self.steady_periods(periods), self.settlement.duration
         if duration is None:
             return self.sampled(self.periods - count, None, per_period)
-        model, start = self.steady_model, self.strobe[-1]
+        model, start = self.steady_model, self.states[-1]
         phases = np.arange(count * per_period) / per_period
         time = self.duration + phases * duration
         if self.sticking is not None:
@@ -348,11 +348,11 @@ class Trajectory(OneLine):
         phases, inverse = np.unique(np.maximum(cycles - index, 0.0), return_inverse=True)
         grid = phases if phases[0] == 0 else np.concatenate([[0.0], phases])
         if len(grid) == 1:
-            return np.repeat(self.strobe[index][None], len(cycles), axis=0)
+            return np.repeat(self.states[index][None], len(cycles), axis=0)
         if self.sticking is not None:
             mode = self.sticking.mode(index)
-            return sample_hybrid(self.model, self.strobe[index], mode, phases).states[inverse]
-        states = self._flow.trajectory(self.strobe[index], self._constants, grid)
+            return sample_hybrid(self.model, self.states[index], mode, phases).states[inverse]
+        states = self._flow.trajectory(self.states[index], self._constants, grid)
         return states[len(grid) - len(phases) :][inverse]
 
     @property
@@ -419,7 +419,7 @@ def last_round(trajectory: Trajectory) -> LastRound | None:
         model, index, count = trajectory.steady_model, trajectory.periods, 1
     else:
         index = trajectory.periods - count
-    state, flow = trajectory.strobe[index], flow_of(model)
+    state, flow = trajectory.states[index], flow_of(model)
     constants = flow.constants_of(model)
     if trajectory.sticking is None:
         dense = flow.dense(state, constants, float(count), 100_000)

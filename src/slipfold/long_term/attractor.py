@@ -105,7 +105,7 @@ def of_exponents(result: Exponents, number: int) -> Attractor:
     )
 
 
-def strobes_of(orbit: PeriodicOrbit) -> Array:
+def stroboscopic_states(orbit: PeriodicOrbit) -> Array:
     """Return the states of an orbit at the start of its forcing periods, shape (period, n)."""
     each = len(orbit.nodes)
     return orbit.sample(each * orbit.period)[1][::each]

@@ -42,7 +42,9 @@ class ClassificationSettings:
 CLASSIFICATION = ClassificationSettings()
 
 
-def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) -> NDArray[np.int64]:
+def repeats_of(
+    states: Array, scales: Array, angle_periods: Array, longest: int = 16
+) -> NDArray[np.int64]:
     """Return the period of each trajectory in states; 0 where it is unknown.
 
     The change over a period is an error of the integration, or it shrinks so fast that the changes
@@ -50,13 +52,15 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
     repeats after each revolution, so the period is the shortest one with a change that small. A
     change over half the period that is next to nothing will still fade.
 
-    Shapes: states (..., m, n); scales, turns (n,); returns (...).
+    Shapes: states (..., m, n); scales, angle_periods (n,); returns (...).
     """
     count = states.shape[-2]
     result = np.zeros(states.shape[:-2], np.int64)
     changes, left = {}, np.zeros(states.shape[:-2])
     for period in range(1, min(longest, count // 3) + 1):
-        apart = wrap_angles(states[..., period:, :] - states[..., :-period, :], turns) / scales
+        apart = (
+            wrap_angles(states[..., period:, :] - states[..., :-period, :], angle_periods) / scales
+        )
         change = np.abs(apart).max(axis=-1)
         width = max(change.shape[-1] // 3, 1)
         first, last = change[..., :width].max(axis=-1), change[..., -width:].max(axis=-1)
@@ -206,7 +210,7 @@ class _Pairs:
     """Trajectories, each with a neighbor, for some periods."""
 
     def __init__(self, models: list[Model], states: Array, periods: int) -> None:
-        self._scales, self._turns = models[0].state_scales(), models[0].angle_periods
+        self._scales, self._angle_periods = models[0].state_scales(), models[0].angle_periods
         self._count, n = states.shape
         direction = np.random.default_rng(0).normal(size=states.shape)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
@@ -229,7 +233,7 @@ class _Pairs:
         ensemble.advance()
         states = ensemble.states
         base = states[::2]
-        between = wrap_angles(states[1::2] - base, self._turns) / self._scales
+        between = wrap_angles(states[1::2] - base, self._angle_periods) / self._scales
         distance = np.linalg.norm(between, axis=1)
         self._sticks |= ensemble.stuck.reshape(-1, 2).any(axis=1)
         ensemble.leave(np.repeat(self._sticks, 2))
@@ -244,7 +248,7 @@ class _Pairs:
         if self._done < CLASSIFICATION.recent:
             self._first[self._done] = base
         near = self._first[index]  # of the same number: an angle is taken next to that
-        self._sums[index] += weight * (near + wrap_angles(base - near, self._turns))
+        self._sums[index] += weight * (near + wrap_angles(base - near, self._angle_periods))
         self._weight_sums[index] += weight
         self._last[self._done % CLASSIFICATION.recent] = base
         self._done += 1
@@ -253,7 +257,7 @@ class _Pairs:
         """Classify the trajectories where the evidence is clear."""
         last = np.roll(self._last, -(self._done % CLASSIFICATION.recent), axis=0)
         stopped = np.array([stop is not None for stop in self._ensemble.stopped])[::2]
-        repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
+        repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._angle_periods)
         grown = average(np.nan_to_num(self._logarithms[len(self._logarithms) // 4 :]))
         averages = self._sums / self._weight_sums[:, None, None]
         for index, row in enumerate(rows):
@@ -284,12 +288,14 @@ class _Pairs:
 
     def _set_periodic(self, result: Classified, row: int, states: Array) -> None:
         result.kinds[row], result.periods[row] = PERIODIC, len(states)
-        result.means[row] = mean_state(states, self._turns)
+        result.means[row] = mean_state(states, self._angle_periods)
 
     def _nearly_repeats(self, states: Array) -> bool:
         """Whether a trajectory nearly repeats, and may be about to leave a response."""
         changes = [
-            np.abs(wrap_angles(states[period:] - states[:-period], self._turns) / self._scales)
+            np.abs(
+                wrap_angles(states[period:] - states[:-period], self._angle_periods) / self._scales
+            )
             for period in range(1, CLASSIFICATION.recent // 3 + 1)
         ]
         return min(change.max() for change in changes) < 1e-2
@@ -299,14 +305,14 @@ class _Pairs:
         numbers = np.arange(CLASSIFICATION.recent)
         late = (self._done - CLASSIFICATION.recent + numbers) % CLASSIFICATION.classes
         before, after = (
-            np.abs(wrap_angles(states - averages[which], self._turns) / self._scales).max()
+            np.abs(wrap_angles(states - averages[which], self._angle_periods) / self._scales).max()
             for states, which in ((first, numbers % CLASSIFICATION.classes), (last, late))
         )
         if not after < max(share * before, CLASSIFICATION.near):
             return 0
         for period in (1, 2, 3, 4, 6, 8, 12, 24):
             between = averages - averages[numbers[: CLASSIFICATION.classes] % period]
-            apart = np.abs(wrap_angles(between, self._turns) / self._scales).max()
+            apart = np.abs(wrap_angles(between, self._angle_periods) / self._scales).max()
             if apart <= max(CLASSIFICATION.near, 0.1 * after):
                 return period
         return 0

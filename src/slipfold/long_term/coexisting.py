@@ -13,7 +13,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.errors import InputError
-from slipfold.long_term.attractor import Attractor, strobes_of
+from slipfold.long_term.attractor import Attractor, stroboscopic_states
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.search import Box, box_around, search
 from slipfold.long_term.verified import ATTRACTOR, CycleLine
@@ -209,7 +209,7 @@ def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
     if model.forced:
         if orbit.period != begin.orbit.period:
             return False
-        apart = wrap_angles(strobes_of(begin.orbit) - orbit.state, model.angle_periods)
+        apart = wrap_angles(stroboscopic_states(begin.orbit) - orbit.state, model.angle_periods)
         return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ATTRACTOR.same_branch)
     same = abs(orbit.duration / begin.orbit.duration - 1) < ATTRACTOR.same_branch
     line = CycleLine(begin.orbit, begin.orbit.model.state_scales())

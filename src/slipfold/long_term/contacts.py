@@ -82,7 +82,7 @@ def _end(trajectory: Trajectory, rounds: int) -> tuple[list[Start], float, bool]
     if not places:
         raise InputError("the trajectory ended within its first period; start elsewhere")
     modes = [None if sticking is None else sticking.mode(index) for index in places]
-    return [*zip(trajectory.strobe[places], modes, strict=True)], begin, repeats
+    return [*zip(trajectory.states[places], modes, strict=True)], begin, repeats
 
 
 def _check(model: Model, contact: str | None) -> None:

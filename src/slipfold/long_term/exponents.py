@@ -73,7 +73,7 @@ class ExponentSettings:
 
     lines: int = 6  # strongest of a spectrum, which have to be multiples of one
     multiples: int = 32  # largest of these
-    match: float = 1e-6  # distance of a line from a multiple, in turns
+    match: float = 1e-6  # distance of a line from a multiple, in revolutions
     sure: float = 3.0  # errors by which an exponent differs from zero
     rounding: float = 1e-10  # of a zero exponent per period
     pilot: int = 8  # periods that show how unequally perturbations grow
@@ -92,7 +92,7 @@ EXPONENTS = ExponentSettings()
 class Rotation:
     """How the closed curve on which a trajectory passes phase zero is turned."""
 
-    number: float  # the rotation number, from 0 to 1/2: turns of the curve over `period`
+    number: float  # the rotation number, from 0 to 1/2: revolutions of the curve over `period`
     period: int  # forcing periods after which the curve is mapped onto itself
     error: float  # of the number, estimated: the difference from that of its second half
     resonance: Fraction | None  # p/q near the number: the curve nearly closes after q returns
@@ -110,13 +110,13 @@ class Rotation:
         return f"{text}, near the resonance {self.resonance} (beats of {self.beat:.4g} periods)"
 
 
-def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
+def rotation_of(states: Array, scales: Array, angle_periods: Array) -> Rotation | None:
     """Return the rotation number of a torus from states at phase zero; None if it is unclear.
 
     On a torus of two frequencies all lines of the spectrum of states k periods apart are multiples
-    of one line, the rotation number. Shapes: states (m, n); scales, turns (n,).
+    of one line, the rotation number. Shapes: states (m, n); scales, angle_periods (n,).
     """
-    angles = turns > 0
+    angles = angle_periods > 0
     parts = [
         states[:, ~angles] / scales[~angles],
         np.cos(states[:, angles]),
@@ -137,7 +137,7 @@ def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
 
 
 def _lines(signal: Array) -> Array:
-    """Return the frequencies of the strongest lines in turns per period."""
+    """Return the frequencies of the strongest lines in revolutions per period."""
     from scipy.optimize import minimize_scalar
 
     count = len(signal)
@@ -178,9 +178,9 @@ def _generator(lines: Array) -> float | None:
     return best
 
 
-def _folded(turns: Array) -> Array:
-    """Return turns from 0 to 1/2: whole ones and the direction are not seen."""
-    return np.asarray(np.abs(turns - np.round(turns)))
+def _folded(revolutions: Array) -> Array:
+    """Return revolutions from 0 to 1/2: whole ones and the direction are not seen."""
+    return np.asarray(np.abs(revolutions - np.round(revolutions)))
 
 
 def _rotation(number: float, period: int, error: float) -> Rotation:
@@ -203,7 +203,7 @@ class Classification:
     message: str
     period: int | None = None  # forcing periods
     duration: float | None = None  # s, of a cycle
-    rotation: float | None = None  # of a torus, in turns over some forcing periods
+    rotation: float | None = None  # of a torus, in revolutions over some forcing periods
     resonance: str | None = None  # p/q that this is near
 
     def with_rotation(self, rotation: Rotation | None) -> Classification:
@@ -319,7 +319,7 @@ class Growth:
         """
         integration, before = self.integration, self.integration.periods
         integration.advance(periods)
-        starts = integration.strobe[before:-1]
+        starts = integration.states[before:-1]
         if isinstance(integration, HybridIntegration):
             return self._through_stick(integration, starts, before)
         if not len(starts):
@@ -476,9 +476,9 @@ def follow_exponents(
         estimates.append(_estimate(growth))
     classification = _classification(growth, estimates[-1])
     if growth.model.forced and classification.kind in ("torus", "undecided"):
-        scales, turns = growth.model.state_scales(), growth.model.angle_periods
+        scales, angle_periods = growth.model.state_scales(), growth.model.angle_periods
         classification = classification.with_rotation(
-            rotation_of(integration.strobe, scales, turns)
+            rotation_of(integration.states, scales, angle_periods)
         )
     removed = int(np.isneginf(estimates[-1].exponents).sum())
     if removed:
@@ -488,7 +488,7 @@ def follow_exponents(
             "are minus infinity"
         )
         classification = replace(classification, message=message)
-    state = integration.strobe[-1]
+    state = integration.states[-1]
     return Exponents(growth.model, state, tuple(estimates), classification, interrupted)
 
 

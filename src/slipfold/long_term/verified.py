@@ -15,7 +15,13 @@ from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.equilibrium import equilibrium_near
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardStop
-from slipfold.long_term.attractor import Attractor, at_rest, of_exponents, of_orbit, strobes_of
+from slipfold.long_term.attractor import (
+    Attractor,
+    at_rest,
+    of_exponents,
+    of_orbit,
+    stroboscopic_states,
+)
 from slipfold.long_term.exponents import find_exponents, growth_from, growth_through_stick
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -121,7 +127,7 @@ class AttractorRegion(ABC):
         self._scales, self._whole = model.state_scales(), model.angle_periods
 
     @abstractmethod
-    def catches(self, strobes: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> NDArray[np.bool_]:
         """Whether the last states of trajectories lie in the region. Shapes: (k, m, n) to (k,)."""
 
     @abstractmethod
@@ -156,9 +162,9 @@ class PointRegion(AttractorRegion):
         self._rate = 0.5 * (1 + np.sqrt(radius))
         self._radius = self._find_radius(model)
 
-    def catches(self, strobes: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> NDArray[np.bool_]:
         """Whether one of the states lies in the region."""
-        return np.asarray((self._length(strobes) < self._radius).any(axis=1))
+        return np.asarray((self._length(states) < self._radius).any(axis=1))
 
     def distance(self, states: Array) -> Array:
         """Return the distance from the nearest of its states at phase zero."""
@@ -196,9 +202,9 @@ class CycleRegion(AttractorRegion):
         self._intervals = int(np.ceil(rounds * orbit.duration / model.values["duration"]))
         self._radius = self._find_radius(model)
 
-    def catches(self, strobes: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> NDArray[np.bool_]:
         """Whether the last state lies in the region."""
-        return np.asarray(self.distance(strobes[:, -1]) < self._radius)
+        return np.asarray(self.distance(states[:, -1]) < self._radius)
 
     def distance(self, states: Array) -> Array:
         """Return the distance from its line."""
@@ -237,9 +243,9 @@ class CloudRegion(AttractorRegion):
             np.quantile(others.query(self._embedded(self.points[half:]))[0], ATTRACTOR.inside)
         )
 
-    def catches(self, strobes: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> NDArray[np.bool_]:
         """Whether nearly all states of a trajectory lie on it."""
-        return np.asarray((self.distance(strobes) < self._radius).mean(axis=1) >= ATTRACTOR.inside)
+        return np.asarray((self.distance(states) < self._radius).mean(axis=1) >= ATTRACTOR.inside)
 
     def holds(self, other: CloudRegion) -> bool:
         """Whether another cloud is the same attractor."""
@@ -365,8 +371,8 @@ class AttractorSet:
             orbit = periodic_orbit(self.model, period, state)
         except InputError:
             return None
-        strobes = strobes_of(orbit)
-        apart = wrap_angles(strobes - orbit.state, self.model.angle_periods)
+        states = stroboscopic_states(orbit)
+        apart = wrap_angles(states - orbit.state, self.model.angle_periods)
         away = np.abs(apart / self.model.state_scales()).max(axis=1)
         for shorter in range(1, period):
             if period % shorter == 0 and away[shorter] < ATTRACTOR.same:

@@ -307,7 +307,7 @@ class _Solution:
         rates, jacobians = rates * constants.period / scales, jacobians * constants.period
         inside = solved.stages - solved.nodes[:, None] - steps * (by.points.inner @ rates)
         ends = solved.nodes + steps[:, 0] * np.einsum("k,jka->ja", by.points.weights, rates)
-        ends = wrap_angles(ends - np.roll(solved.nodes, -1, axis=0), by.turns)
+        ends = wrap_angles(ends - np.roll(solved.nodes, -1, axis=0), by.angle_periods)
         slopes = steps[..., None] * (jacobians * by.ratios - solved.jacobians.whole)
         slopes /= max(1.0, float(np.abs(steps[..., None] * solved.jacobians.whole).max()))
         return float(

@@ -116,7 +116,7 @@ class Discretization(ABC):
     def measure_in(self, scales: Array) -> None:
         """Take scales of the states, shape (n,)."""
         self.scales = scales
-        self.turns = self.model.angle_periods / scales
+        self.angle_periods = self.model.angle_periods / scales
         self.ratios = scales[None, :] / scales[:, None]
         self.pull_units = self.units / scales[:, None]
 
@@ -165,11 +165,11 @@ class Discretization(ABC):
         """
 
     def apart(self, ends: Array, nodes: Array) -> Array:
-        """Return by how much scaled states differ, whole turns of angles left out.
+        """Return by how much scaled states differ, revolutions of angles left out.
 
         Shapes: ends, nodes (m, n).
         """
-        return wrap_angles(ends - nodes, self.turns)
+        return wrap_angles(ends - nodes, self.angle_periods)
 
     @property
     def cut(self) -> Cut:

@@ -18,10 +18,10 @@ from slipfold.models.model import Model
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
-def turns_of_segments(
+def revolutions_of_segments(
     model: Model, flow: Flow, nodes: Array, period: int, constants: Constants
 ) -> Array:
-    """Return by how many whole turns segments of orbits end ahead of the next node.
+    """Return by how many revolutions segments of orbits end ahead of the next node.
 
     Shapes: nodes (k, m, n); returns (k, m, n), zero for what is no angle.
     """
@@ -68,7 +68,7 @@ class Extrema(OneLine):
     names
         The outputs; states come first.
     minimum, maximum
-        Shape (n_orbits, n_outputs), in the units of the outputs. An angle that turns round has all
+        Shape (n_orbits, n_outputs), in the units of the outputs. An angle that revolves has all
         values, and the minimum and maximum -pi and pi.
     """
 
@@ -177,8 +177,8 @@ def _extrema_of_orbits(
     start, end = edges[segment], edges[segment + 1]
     samples = flow.sample(nodes[orbit, segment], start, end, each, constants.rows(orbit))
     samples = samples.reshape(segments, count, each, -1).swapaxes(0, 1)
-    turns = turns_of_segments(model, flow, nodes, period, constants)
-    before = (np.cumsum(turns, axis=1) - turns) * model.angle_periods
+    ahead = revolutions_of_segments(model, flow, nodes, period, constants)
+    before = (np.cumsum(ahead, axis=1) - ahead) * model.angle_periods
     samples = (samples + before[:, :, None]).reshape(count * segments * each, -1)
     total = segments * each
     spacing = period / total
@@ -215,9 +215,9 @@ def _extrema_of_orbits(
     own = constants.rows(orbit)
     found = signs * refine_minimum(flow, own, states, start, width, columns[column], signs)
     low, high = found.reshape(nearest.shape).swapaxes(1, 2)
-    round_and_round = np.zeros((count, len(flow.output_names)), dtype=bool)
-    round_and_round[:, : turns.shape[2]] = turns.sum(axis=1) != 0
-    turning = round_and_round[:, columns]
+    revolving = np.zeros((count, len(flow.output_names)), dtype=bool)
+    revolving[:, : ahead.shape[2]] = ahead.sum(axis=1) != 0
+    turning = revolving[:, columns]
     return np.where(turning, -REVOLUTION / 2, low), np.where(turning, REVOLUTION / 2, high)
 
 
@@ -328,7 +328,7 @@ def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     model = motion.steady_model
     # A round of a cycle takes no whole number of intervals, so that it begins at the last state.
     cycle = settlement.duration is not None
-    nodes = motion.strobe[-1:] if cycle else motion.strobe[-1 - count : -1]
+    nodes = motion.states[-1:] if cycle else motion.states[-1 - count : -1]
     found = find_extrema(model, model.vector[None], nodes[None], len(nodes), names)
     if settlement.settled:
         return found

@@ -155,7 +155,7 @@ def periodic_orbit(
         if reaches_stick_limit(motion.stopped, model):
             orbit = search.through_stick(near)
             return orbit if orbit.sticking else search.smooth(orbit.state)
-        guess = motion.strobe[-1] if near is None else near
+        guess = motion.states[-1] if near is None else near
     try:
         slips = search.smooth(guess)
     except InputError:
@@ -203,8 +203,8 @@ class _Search:
             state = wrap_angles(state, model.angle_periods)
         nodes = orbits.flow.sample(state[None], zero, zero + period, orbits.segments, constants)[0]
         orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(nodes, model)))
-        strobes = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
-        _refuse_shorter(orbit, strobes)
+        states = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
+        _refuse_shorter(orbit, states)
         return orbit
 
     def through_stick(self, state: Array | None) -> PeriodicOrbit:
@@ -229,7 +229,7 @@ class _Search:
                     f"the contact {item.contact} of {model.name} sticks for good, so it may rest "
                     "anywhere in a range and no orbit stands alone; begin where it slips"
                 )
-        model, node = motion.model, motion.strobe[-1]
+        model, node = motion.model, motion.states[-1]
         if settlement.duration is not None and not forced:
             model = model.replace(duration=settlement.duration)
         orbits = orbits_at(model, self.period, 1, by=SwitchedShooting)
@@ -242,7 +242,7 @@ class _Search:
         orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(node[None], model)))
         if self.period > 1:
             hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
-            _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).strobe)
+            _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).states)
         return orbit
 
     def _cycle(self, state: Array | None) -> PeriodicOrbit:
@@ -307,14 +307,14 @@ def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Arra
     return wrap_angles(checked, model.angle_periods)
 
 
-def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
+def _refuse_shorter(orbit: PeriodicOrbit, states: Array) -> None:
     """Refuse an orbit that repeats within the requested period.
 
-    Shapes: strobes (period, n) or more, its states after whole forcing periods.
+    Shapes: states (period, n) or more, its states after whole forcing periods.
     """
     count, model = orbit.period, orbit.model
     for shorter in range(1, count):
-        apart = wrap_angles(strobes[shorter] - strobes[0], model.angle_periods)
+        apart = wrap_angles(states[shorter] - states[0], model.angle_periods)
         moved = np.abs(apart / model.state_scales()).max()
         if count % shorter == 0 and moved < SEARCH.same:
             raise InputError(
@@ -334,7 +334,7 @@ def attractor_from(
     motion = simulate(model, periods, state, observer=observer)
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         raise KeyboardInterrupt
-    found, last = motion.settlement, motion.strobe[-1]
+    found, last = motion.settlement, motion.states[-1]
     if found.period is None:
         raise InputError(
             f"the motion of {model.name} does not settle on what could be followed ({found}); "
@@ -370,8 +370,8 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    strobe = GuardedFlow(model, constants, start).strobe(start, 2 * max(SEARCH.periods))
-    apart = np.abs(wrap_angles(strobe[1:] - start, model.angle_periods) / constants.scales)
+    states = GuardedFlow(model, constants, start).iterates(start, 2 * max(SEARCH.periods))
+    apart = np.abs(wrap_angles(states[1:] - start, model.angle_periods) / constants.scales)
     likely = np.flatnonzero(apart.max(axis=1) <= SEARCH.returned)[:1] + 1
     failure: InputError | None = None
     for period in dict.fromkeys((*likely.tolist(), *SEARCH.periods)):

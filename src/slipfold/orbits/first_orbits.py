@@ -256,8 +256,8 @@ class _StiffSearch:
             last = self._period(scaled * scales)
             if last is None:
                 return np.full_like(scaled, np.nan)
-            turns = self._model.angle_periods / scales
-            gap = wrap_angles(self._end(last) / scales - scaled, turns)
+            angle_periods = self._model.angle_periods / scales
+            gap = wrap_angles(self._end(last) / scales - scaled, angle_periods)
             monodromy = product(self._takeover.matrices(last, last.phases))
             return solve_each(np.eye(len(gap)) - monodromy[None], gap[None])[0]
 
@@ -325,15 +325,17 @@ def _first_return(paced: Model, state: Array) -> float:
     )
 
 
-def _nearest_passage(grid: Array, away: Array, rates: Array, turns: Array) -> float | None:
+def _nearest_passage(grid: Array, away: Array, rates: Array, angle_periods: Array) -> float | None:
     """Return the first time at which a trajectory passes near its beginning in the same sense.
 
-    Angles are seen from the side of their circle. Shapes: away, rates (m, n); turns (n,).
+    Angles are seen from the side of their circle. Shapes: away, rates (m, n); angle_periods (n,).
     """
     from scipy.interpolate import CubicHermiteSpline  # slow to import, and seldom needed
 
-    extent = float(np.linalg.norm(wrap_angles(away, turns), axis=1).max())
-    per = np.where(turns > 0, REVOLUTION / np.where(turns > 0, turns, 1.0), 0.0)
+    extent = float(np.linalg.norm(wrap_angles(away, angle_periods), axis=1).max())
+    per = np.where(
+        angle_periods > 0, REVOLUTION / np.where(angle_periods > 0, angle_periods, 1.0), 0.0
+    )
     passing = np.where(per > 0, np.sin(per * away) / np.where(per > 0, per, 1.0), away)
     forward, speeds = rates[0], np.cos(per * away) * rates
     ahead = CubicHermiteSpline(grid, passing @ forward, speeds @ forward)
@@ -342,7 +344,7 @@ def _nearest_passage(grid: Array, away: Array, rates: Array, turns: Array) -> fl
     if not len(times):
         return None
     passed = CubicHermiteSpline(grid, away, rates)(times)
-    distances = np.linalg.norm(wrap_angles(passed, turns), axis=1)
+    distances = np.linalg.norm(wrap_angles(passed, angle_periods), axis=1)
     if distances.min() > SEARCH.returned * extent:
         return None
     # The first return that is about as near as the nearest, as far as samples tell.

@@ -407,10 +407,10 @@ class Orbits(OrbitCurve):
 
     def beside(self, z: Array, reference: Array) -> Array:
         """Return the same orbit with as many turns of its angles as lead nearest to another."""
-        if not self.by.turns.any():
+        if not self.by.angle_periods.any():
             return z
         near, own = self.nodes(reference) / self.scales, self.nodes(z) / self.scales
-        gap = wrap_angles(own - near, self.by.turns)
+        gap = wrap_angles(own - near, self.by.angle_periods)
         return self.join((near + gap) * self.scales, self.free_values(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:

@@ -19,7 +19,7 @@ from slipfold.flow.modes import Mode, reported_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
 from slipfold.models.model import Model
-from slipfold.orbits.extrema import Extrema, find_extrema, turns_of_segments
+from slipfold.orbits.extrema import Extrema, find_extrema, revolutions_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.text import (
     OneLine,
@@ -70,7 +70,7 @@ class PeriodicOrbit(OneLine):
 
     def _line(self) -> str:
         judged = multipliers_text(self.multipliers, cycle=not self.model.forced)
-        details = ", ".join(filter(None, [judged, revolutions_text(self.turns)]))
+        details = ", ".join(filter(None, [judged, revolutions_text(self.revolutions)]))
         return f"PeriodicOrbit of {self.model.name}: period {self.period}, {details}"
 
     def _rows(self) -> PrintedTable:
@@ -110,16 +110,18 @@ class PeriodicOrbit(OneLine):
         return 0.0
 
     @cached_property
-    def turns(self) -> dict[str, int]:
-        """Whole turns that each angle makes in a period, by name; none where no state is one."""
-        return revolutions_by_name(self.model.states, self._turns_of_segments.sum(axis=0))
+    def revolutions(self) -> dict[str, int]:
+        """Revolutions that each angle makes in a period, by name; none where no state is one."""
+        return revolutions_by_name(self.model.states, self._revolutions_of_segments.sum(axis=0))
 
     @cached_property
-    def _turns_of_segments(self) -> NDArray[np.float64]:
-        """Whole turns by which each segment ends ahead of the next node, shape (m, n_states)."""
+    def _revolutions_of_segments(self) -> NDArray[np.float64]:
+        """Revolutions by which each segment ends ahead of the next node, shape (m, n_states)."""
         flow = flow_of(self.model)
         constants = flow.constants_of(self.model)
-        return turns_of_segments(self.model, flow, self.nodes[None], self.period, constants)[0]
+        return revolutions_of_segments(self.model, flow, self.nodes[None], self.period, constants)[
+            0
+        ]
 
     def sample(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample the states over one period.
@@ -142,7 +144,7 @@ class PeriodicOrbit(OneLine):
         edges = np.linspace(0, self.period, segments + 1)
         constants = flow.constants_of(self.model)
         states = flow.sample(self.nodes, edges[:-1], edges[1:], each, constants)
-        before = np.cumsum(self._turns_of_segments, axis=0) - self._turns_of_segments
+        before = np.cumsum(self._revolutions_of_segments, axis=0) - self._revolutions_of_segments
         states = states + (before * self.model.angle_periods)[:, None]
         time: NDArray[np.float64] = np.arange(segments * each, dtype=float)
         time *= self.duration / (segments * each)
@@ -288,8 +290,8 @@ class StickSlipOrbit(PeriodicOrbit):
         )
 
     @cached_property
-    def turns(self) -> dict[str, int]:
-        """Whole turns that each angle makes in a period, by name; none where no state is one."""
+    def revolutions(self) -> dict[str, int]:
+        """Revolutions that each angle makes in a period, by name; none where no state is one."""
         end = self._samples(np.array([0.0, float(self.period)])).states[-1]
         return revolutions_by_name(
             self.model.states, count_revolutions(end - self.state, self.model.angle_periods)

@@ -96,12 +96,12 @@ class Shooting(Discretization):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
         ends = self.ends(nodes, self.start, self.end, constants)
-        return wrap_angles((ends - nodes[self._following]) / self.scales, self.turns)
+        return wrap_angles((ends - nodes[self._following]) / self.scales, self.angle_periods)
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.propagate(nodes, self.start, self.end, constants)
-        mismatch = wrap_angles((ends - nodes[self._following]) / self.scales, self.turns)
+        mismatch = wrap_angles((ends - nodes[self._following]) / self.scales, self.angle_periods)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 

@@ -73,17 +73,17 @@ class Weighted:
 
         If these are not known, they are the same fraction of each quantity's range.
         """
-        readings, errors = measurement.readings, measurement.errors
-        there = np.isfinite(readings)
+        measurements, errors = measurement.measured, measurement.errors
+        there = np.isfinite(measurements)
         given = np.isfinite(errors) & there
         if given.any() and not (given == there).all():
             raise InputError(
-                f"{given.sum()} of {there.sum()} readings have an error; give one for each, or none"
+                f"{given.sum()} of {there.sum()} measurements have an error; give all or none"
             )
         if not given.any():
-            ranges = np.nanmax(readings, axis=0) - np.nanmin(readings, axis=0)
-            ranges = np.where(ranges > 0, ranges, np.nanmax(np.abs(readings), axis=0))
-            errors = np.broadcast_to(np.where(ranges > 0, ranges, 1.0), readings.shape)
+            ranges = np.nanmax(measurements, axis=0) - np.nanmin(measurements, axis=0)
+            ranges = np.where(ranges > 0, ranges, np.nanmax(np.abs(measurements), axis=0))
+            errors = np.broadcast_to(np.where(ranges > 0, ranges, 1.0), measurements.shape)
         weights = np.where(there, 1 / np.where(there, errors, 1.0), 0.0)
         return cls(measurement, bounds, weights, bool(given.any()))
 
@@ -128,7 +128,7 @@ class Weighted:
         there = self.weights[row] > 0
         if orbit is None or not there.any():
             return np.inf
-        away = (orbit.read - self.measurement.readings[row]) * self.weights[row]
+        away = (orbit.predicted - self.measurement.measured[row]) * self.weights[row]
         return float(np.sqrt(np.mean(away[there] ** 2)))
 
 
@@ -185,7 +185,7 @@ class Explanation:
     def residuals(self, rows: Mask) -> Array:
         """Return the weighted residuals of the measured values in a subset of rows."""
         weights = self.measured.weights[rows]
-        away = self.prediction(rows).read - self.measured.measurement.readings[rows]
+        away = self.prediction(rows).predicted - self.measured.measurement.measured[rows]
         return np.asarray((away * weights)[weights > 0])
 
     def slopes(self, names: tuple[str, ...], rows: Mask) -> Array:

@@ -232,12 +232,12 @@ class Estimate:
     value
         Its fitted value.
     error
-        Its standard error, of the model linearized about the result; infinite if the readings do
-        not determine it.
+        Its standard error, of the model linearized about the result; infinite if the measurements
+        do not determine it.
     low, high
         Ends of the interval of 95 % confidence, from the profile of the sum of squares; a bound
         where it is open there.
-    least, most
+    lower_bound, upper_bound
         Bounds that were given.
     correlation
         With each of the fitted parameters, shape (p,).
@@ -249,8 +249,8 @@ class Estimate:
     error: float
     low: float
     high: float
-    least: float
-    most: float
+    lower_bound: float
+    upper_bound: float
     correlation: Array
 
 
@@ -261,7 +261,7 @@ class Fitted:
     best: Explanation
     scale: float  # typical distance of a row
     estimates: tuple[Estimate, ...]
-    scatter: float  # root mean square of the weighted residuals, by degrees of freedom
+    residual_std: float  # root mean square of the weighted residuals, by degrees of freedom
     converged: bool
     message: str
 
@@ -305,7 +305,7 @@ def find_fit(
         ends, converged = measured.ends.T, False
     estimates = fit.estimates(ends)
     message = fit.message(estimates, converged)
-    return Fitted(best, scale, estimates, fit.scatter, converged, message)
+    return Fitted(best, scale, estimates, fit.residual_std, converged, message)
 
 
 def _best_start(measured: Weighted, model: Model, report: Report) -> tuple[Explanation, float]:
@@ -361,18 +361,18 @@ class _Fit:
         self.freedom = count - len(self.names)
         if self.freedom < 1:
             raise InputError(
-                f"stable responses explain {count} of {counts.sum()} readings, too few for "
+                f"stable responses explain {count} of {counts.sum()} measurements, too few for "
                 f"{len(self.names)} parameters; begin nearer to what was measured, or fit fewer "
                 "parameters"
             )
-        self.scatter = float(np.linalg.norm(best.residuals(self.rows)) / np.sqrt(self.freedom))
+        self.residual_std = float(np.linalg.norm(best.residuals(self.rows)) / np.sqrt(self.freedom))
 
     @cached_property
     def covariance(self) -> Array:
         """Covariance of the parameters as the linearized model has it, shape (p, p)."""
         low, high = self.measured.ends
         known = covariance_of(self.best.slopes(self.names, self.rows), high - low)
-        return known if self.measured.known else known * self.scatter**2
+        return known if self.measured.known else known * self.residual_std**2
 
     @property
     def reach(self) -> float:
@@ -385,14 +385,14 @@ class _Fit:
     @property
     def _explains_nothing(self) -> bool:
         """Whether the means of the quantities explain what was measured better than the model."""
-        weights, readings = self.measured.weights[self.rows], self.measured.measurement.readings
-        spread = (readings[self.rows] - np.nanmean(readings[self.rows], axis=0)) * weights
+        weights, measurements = self.measured.weights[self.rows], self.measured.measurement.measured
+        spread = (measurements[self.rows] - np.nanmean(measurements[self.rows], axis=0)) * weights
         total = float(np.sum(spread[weights > 0] ** 2))
         return 0 < total < float(np.sum(self.best.residuals(self.rows) ** 2))
 
     def intervals(self, known: list[Explanation], report: Report) -> Array:
         """Return the ends of the intervals of confidence, shape (p, 2). Raises `BetterFit`."""
-        typical = 1.0 if self.measured.known else max(self.scatter, LIMITS.exact)
+        typical = 1.0 if self.measured.known else max(self.residual_std, LIMITS.exact)
         profile = Profile(self.best, self.scale, (self.reach * typical) ** 2, [*known], report)
         ends = np.empty((len(self.names), 2))
         for place, width in enumerate(np.diff(self.measured.ends, axis=0)[0]):
@@ -410,12 +410,14 @@ class _Fit:
             correlations = self.covariance / np.outer(errors, errors)
         np.fill_diagonal(correlations, 1.0)
         model, result = self.best.model, []
-        for row, (name, (least, most)) in enumerate(self.measured.bounds.items()):
+        for row, (name, (lower_bound, upper_bound)) in enumerate(self.measured.bounds.items()):
             unit, value = model.parameter(name).unit, model.values[name]
             low, high = ends[row].tolist()
             error = float(errors[row])
             correlation = correlations[row]
-            result.append(Estimate(name, unit, value, error, low, high, least, most, correlation))
+            result.append(
+                Estimate(name, unit, value, error, low, high, lower_bound, upper_bound, correlation)
+            )
         return tuple(result)
 
     def message(self, estimates: Sequence[Estimate], converged: bool) -> str:
@@ -424,26 +426,26 @@ class _Fit:
         if not converged:
             said.append("the fit has not converged; begin nearer, or fit fewer parameters")
         if self.measured.known and _likelihood(self.best, self.scale) < LIMITS.unlikely:
-            said.append("the readings lie farther from the model than their errors explain")
+            said.append("the measurements lie farther from the model than their errors explain")
         if not self.measured.known and self._explains_nothing:
             said.append(
-                "the readings lie farther from the model than from their own means; check their "
-                "units"
+                "the measurements lie farther from the model than from their own means; check "
+                "their units"
             )
-        uncertain = self.measured.known or self.scatter > LIMITS.exact
+        uncertain = self.measured.known or self.residual_std > LIMITS.exact
         for item in estimates:
             width, linear = item.high - item.low, 2 * self.reach * item.error
             if not np.isfinite(item.error):
                 said.append(
-                    f"the readings say nothing about {item.name}" if len(self.names) == 1 else
-                    f"the readings cannot distinguish {item.name} from the others"
+                    f"the measurements say nothing about {item.name}" if len(self.names) == 1 else
+                    f"the measurements cannot distinguish {item.name} from the others"
                 )  # fmt: skip
             elif uncertain and width > LIMITS.wider * linear:
                 said.append(
                     f"the sum of squares is not a parabola over {item.name}, so that its error "
                     "says little: use its interval"
                 )
-            bounds = {"lower": (item.low, item.least), "upper": (item.high, item.most)}
+            bounds = {"lower": (item.low, item.lower_bound), "upper": (item.high, item.upper_bound)}
             met = [side for side, (end, bound) in bounds.items() if end == bound]
             if met:
                 said.append(f"the interval of {item.name} is open at its {' and '.join(met)} bound")

@@ -86,7 +86,7 @@ SWEEPS = ("up", "down", "")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Measurement(OneLine, ReadOnly):
-    """A measured response, a row a reading; frozen, in SI units.
+    """A measured response, a row a measurement; frozen, in SI units.
 
     Made by `slipfold.read_measurement` and `slipfold.measure`.
 
@@ -100,21 +100,21 @@ class Measurement(OneLine, ReadOnly):
         Its values, shape (m,).
     quantities
         What was measured, q of them.
-    readings
+    measured
         What was read, shape (m, q); NaN where nothing was.
     errors
-        Standard deviations of the readings, shape (m, q); NaN where they are not known.
+        Standard deviations of the measurements, shape (m, q); NaN where they are not known.
     sweep
         ``"up"``, ``"down"`` or ``""`` for each row: how the parameter came to its value.
     stopped
-        Why `slipfold.measure` took no more readings: where the trajectory ended at a limit; None if
-        it did not.
+        Why `slipfold.measure` took no more measurements: where the trajectory ended at a limit;
+        None if it did not.
 
     Examples
     --------
     >>> import slipfold as sf
     >>> seen = sf.measure(sf.SlidingOscillator(f=12.5), "Nd", [0.01, 0.02], ["max y"])
-    >>> seen.readings.round(5).tolist()
+    >>> seen.measured.round(5).tolist()
     [[0.10727], [0.15321]]
     """
 
@@ -122,7 +122,7 @@ class Measurement(OneLine, ReadOnly):
     unit: str
     values: Array
     quantities: tuple[Quantity, ...]
-    readings: Array
+    measured: Array
     errors: Array
     sweep: tuple[str, ...]
     stopped: str | None = None
@@ -132,7 +132,7 @@ class Measurement(OneLine, ReadOnly):
         return len(self.values)
 
     def of(self, measure: str, output: str) -> tuple[Array, Array]:
-        """Return readings of one quantity and their standard deviations, each of shape (m,).
+        """Return measurements of one quantity and their standard deviations, each of shape (m,).
 
         Parameters
         ----------
@@ -146,11 +146,11 @@ class Measurement(OneLine, ReadOnly):
         """
         for column, item in enumerate(self.quantities):
             if (item.measure, item.output) == (measure, output):
-                return self.readings[:, column], self.errors[:, column]
+                return self.measured[:, column], self.errors[:, column]
         known = ", ".join(map(str, self.quantities))
         raise InputError(f"{measure} {output} was not measured, but {known}; draw one of these")
 
-    def some(self, rows: Any) -> Measurement:
+    def select(self, rows: Any) -> Measurement:
         """Return some of the rows.
 
         Parameters
@@ -161,7 +161,7 @@ class Measurement(OneLine, ReadOnly):
         return replace(
             self,
             values=self.values[rows].copy(),
-            readings=self.readings[rows].copy(),
+            measured=self.measured[rows].copy(),
             errors=self.errors[rows].copy(),
             sweep=tuple(np.array(self.sweep, dtype=object)[rows]),
         )
@@ -177,7 +177,7 @@ class Measurement(OneLine, ReadOnly):
         heads += [f"{item} ({item.unit or '1'})" for item in self.quantities]
         rows = [
             [number_text(value), *(number_text(each) for each in row), sweep]
-            for value, row, sweep in zip(self.values, self.readings, self.sweep, strict=True)
+            for value, row, sweep in zip(self.values, self.measured, self.sweep, strict=True)
         ]
         return PrintedTable([*heads, "sweep"], rows, ("sweep",))
 
@@ -193,8 +193,8 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
 
     The head names a parameter of the model and what was measured, each with its unit: ``Nd [N]``,
     ``max y [mm]``, ``peak_to_peak x [m]``. A column ``error of max y [mm]`` holds standard
-    deviations of readings, a column ``sweep`` the words up or down. Lines that begin with # are
-    skipped; an empty cell is a reading that is missing.
+    deviations of measurements, a column ``sweep`` the words up or down. Lines that begin with # are
+    skipped; an empty cell is a measurement that is missing.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
     Returns
     -------
     Measurement
-        The readings in SI units.
+        The measurements in SI units.
 
     Raises
     ------
@@ -241,8 +241,8 @@ def parse_measurement(text: str, path: str | Path, model: Model) -> Measurement:
     ]
     if len(lines) < 2:
         raise InputError(
-            f"{path} holds no readings; give a head such as 'Nd [N], max y [mm]' and a "
-            "line for each reading"
+            f"{path} holds no measurements; give a head such as 'Nd [N], max y [mm]' and a "
+            "line for each measurement"
         )
     columns = [_Column.from_head(cell, model, k == 0) for k, cell in enumerate(lines[0][1])]
     _check_columns(columns, path)
@@ -341,7 +341,7 @@ def _check_columns(columns: Sequence[_Column], path: str | Path) -> None:
     measured = _measured(columns)
     if not measured:
         raise InputError(
-            f"{path} holds no readings besides {columns[0].name}; give a column such as "
+            f"{path} holds no measurements besides {columns[0].name}; give a column such as "
             "'max y [mm]'"
         )
     for name, count in Counter(item.name for item in columns).items():
@@ -350,7 +350,7 @@ def _check_columns(columns: Sequence[_Column], path: str | Path) -> None:
     for item in columns:
         if item.is_error and item.quantity not in measured:
             raise InputError(
-                f"{path} has errors of {item.quantity} but no readings of it; give a column "
+                f"{path} has errors of {item.quantity} but no measurements of it; give a column "
                 f"'{item.quantity} [{item.unit}]'"
             )
 
@@ -381,7 +381,7 @@ def csv_of(measurement: Measurement, remarks: Sequence[str] = ()) -> str:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow([*heads, SWEEP])
     for value, row, errors, way in zip(
-        measurement.values, measurement.readings, measurement.errors, measurement.sweep, strict=True
+        measurement.values, measurement.measured, measurement.errors, measurement.sweep, strict=True
     ):
         numbers = [value, *row, *errors]
         writer.writerow(["" if math.isnan(each) else repr(float(each)) for each in numbers] + [way])

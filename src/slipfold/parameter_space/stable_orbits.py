@@ -54,12 +54,12 @@ class StableOrbit:
     value: float
     period: int
     nodes: Array  # shape (m, n)
-    read: Array  # shape (q,)
+    predicted: Array  # shape (q,)
 
     def is_same(self, other: StableOrbit) -> bool:
         """Whether another orbit has the same measured quantities."""
-        size = np.abs(self.read) + np.abs(other.read)
-        return bool((np.abs(self.read - other.read) <= RULES.same * size).all())
+        size = np.abs(self.predicted) + np.abs(other.predicted)
+        return bool((np.abs(self.predicted - other.predicted) <= RULES.same * size).all())
 
 
 def stable_orbits(
@@ -208,9 +208,11 @@ class Prediction:
     orbits: tuple[StableOrbit, ...]
 
     @property
-    def read(self) -> Array:
+    def predicted(self) -> Array:
         """Measured quantities of each, shape (k, q)."""
-        return np.array([orbit.read for orbit in self.orbits]).reshape(-1, len(self.quantities))
+        return np.array([orbit.predicted for orbit in self.orbits]).reshape(
+            -1, len(self.quantities)
+        )
 
     def moved(self, model: Model) -> Prediction | None:
         """Return the same orbits at other parameters; None if one is lost or not stable."""
@@ -223,7 +225,7 @@ class Prediction:
         """Return the measured quantities of the same orbits at other parameters; NaN if lost."""
         lost = np.full(len(self.quantities), np.nan)
         orbits = self._corrected(model)
-        return np.array([lost if orbit is None else orbit.read for orbit in orbits])
+        return np.array([lost if orbit is None else orbit.predicted for orbit in orbits])
 
     def _corrected(self, model: Model) -> list[StableOrbit | None]:
         """Return the same orbits at other parameters, None where they are lost or not stable."""
@@ -249,7 +251,7 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
     NaN where an orbit is lost on both sides; one-sided where it is lost on one, as near a fold.
     Shapes: sizes (p,); returns (k, q, p).
     """
-    model, here = prediction.model, prediction.read
+    model, here = prediction.model, prediction.predicted
     result = np.full((*here.shape, len(names)), np.nan)
     for column, (name, size) in enumerate(zip(names, sizes, strict=True)):
         step, sides = RULES.step * size, []
@@ -311,8 +313,8 @@ def plan(
     there, chosen = list[int](), list[StableOrbit]()
     for row, orbits in enumerate(stable_orbits(model, vary, values, quantities)):
         if orbits:
-            last = chosen[-1].read if chosen else orbits[0].read
-            away = [float((np.abs(orbit.read - last) / errors).max()) for orbit in orbits]
+            last = chosen[-1].predicted if chosen else orbits[0].predicted
+            away = [float((np.abs(orbit.predicted - last) / errors).max()) for orbit in orbits]
             chosen.append(orbits[int(np.argmin(away))])
             there.append(row)
     if not there:
@@ -320,11 +322,11 @@ def plan(
             f"no response is stable at the {len(values)} values of {vary} planned; plan others"
         )
     prediction = Prediction(model, vary, quantities, tuple(chosen))
-    read = np.full((len(values), len(quantities)), np.nan)
-    slopes = np.full((*read.shape, len(names)), np.nan)
+    predicted = np.full((len(values), len(quantities)), np.nan)
+    slopes = np.full((*predicted.shape, len(names)), np.nan)
     sizes = np.array([abs(model.values[name]) for name in names])
-    read[there], slopes[there] = prediction.read, sensitivities(prediction, names, sizes)
-    return read, slopes
+    predicted[there], slopes[there] = prediction.predicted, sensitivities(prediction, names, sizes)
+    return predicted, slopes
 
 
 def best_rows(scaled: Array, count: int) -> list[int]:

@@ -114,7 +114,9 @@ def draw_response(
 def _first_output(diagram: Diagram) -> str:
     """Return the first state, but none that takes all values of an angle."""
     names = [state.name for state in _curves([diagram])[0].model.states]
-    turning = {name for branch in diagram.branches for name, count in branch.turns.items() if count}
+    turning = {
+        name for branch in diagram.branches for name, count in branch.revolutions.items() if count
+    }
     return next((name for name in names if name not in turning), names[0])
 
 
@@ -309,10 +311,10 @@ def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> A
         measured.values, fit.predicted[:, column], linestyle="none", marker="_", markersize=9,
         color="black", label="fitted", zorder=2,
     )  # fmt: skip
-    left = ~fit.used & np.isfinite(measured.readings[:, column])
+    left = ~fit.used & np.isfinite(measured.measured[:, column])
     if left.any():
         ax.plot(
-            measured.values[left], measured.readings[left, column], linestyle="none", marker="x",
+            measured.values[left], measured.measured[left, column], linestyle="none", marker="x",
             markersize=7, color="0.4", label="left out", zorder=3,
         )  # fmt: skip
     ax.margins(0.05)
@@ -323,7 +325,7 @@ def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> A
 
 
 def draw_plan(plan: MeasurementPlan, ax: Axes | None = None) -> Axes:
-    """Draw the information of each reading: its change with each parameter, over its error."""
+    """Draw the information of each measurement: its change with each parameter, over its error."""
     ax = axes_or_new(ax)
     sizes = np.abs([plan.model.values[name] for name in plan.fitted])
     sensitivity = np.abs(plan.slopes) / plan.errors[:, None] * sizes
@@ -338,6 +340,6 @@ def draw_plan(plan: MeasurementPlan, ax: Axes | None = None) -> Axes:
             )  # fmt: skip
     ax.set_yscale("log")
     ax.set_xlabel(plan.model.parameter(plan.vary).label)
-    ax.set_ylabel(r"$|\partial\,$reading$/\partial\,\ln p\,|\;/\;$error")
+    ax.set_ylabel(r"$|\partial\,$measurement$/\partial\,\ln p\,|\;/\;$error")
     ax.legend()
     return ax

@@ -45,7 +45,7 @@ COLORS = {UP: "#2166ac", DOWN: "#c0392b"}
 
 OTHERS = "0.6"
 
-STROBE = "stroboscopic"
+STROBOSCOPIC = "stroboscopic"
 """Measure: what an output is at phase zero."""
 
 SIZE = 1.1
@@ -279,7 +279,7 @@ def _draw_lines(
 def draw_points(
     sweep: Sweep,
     output: str | None = None,
-    measure: str = STROBE,
+    measure: str = STROBOSCOPIC,
     ax: Axes | None = None,
     *,
     runs: Sequence[str] | None = None,
@@ -290,9 +290,9 @@ def draw_points(
     Sweeps lie on top of trajectories from many starts, the one down on top of the one up. A
     trajectory that sticks is drawn at phase zero alone.
     """
-    if measure not in (STROBE, *MEASURE_NAMES):
+    if measure not in (STROBOSCOPIC, *MEASURE_NAMES):
         raise InputError(
-            f"measure = {measure!r} is unknown; give {', '.join((STROBE, *MEASURE_NAMES))}"
+            f"measure = {measure!r} is unknown; give {', '.join((STROBOSCOPIC, *MEASURE_NAMES))}"
         )
     output = output or sweep.model.states[0].name
     ax = axes_or_new(ax)
@@ -316,7 +316,7 @@ def dots_of(sweep: Sweep, run: int, output: str, measure: str) -> tuple[Array, A
     """Return values of the parameter, and what an output is or reaches there."""
     column, states = flow_of(sweep.model).output_index(output), sweep.states[run]
     known = np.flatnonzero(np.isfinite(states).all(axis=(1, 2)))
-    if measure == STROBE:
+    if measure == STROBOSCOPIC:
         x = np.repeat(sweep.values[known], states.shape[1])
         found = sampled_outputs(sweep.model, sweep.vary, x, states[known].reshape(len(x), -1), 1)
         return x, found[:, 0, column]

@@ -93,7 +93,7 @@ class FoundAttractors(Result):
     labels: Annotated[NDArray[np.int64], "Number of the attractor of each start."]
     attractors: Annotated[tuple[Attractor, ...], ATTRACTORS]
     ends: dict[str, int]
-    asked: int | None
+    requested: int | None
     interrupted: bool
     provenance: Provenance
 
@@ -299,12 +299,12 @@ class Basins(FoundAttractors):
               "the error of the integration", more="of a cell its corners are compared"),
     ]  # fmt: skip
 
-    def uncertain_share(self, least: int = WITHIN_CELL) -> float:
+    def uncertain_fraction(self, minimum: int = WITHIN_CELL) -> float:
         """Return the fraction of the cells whose label does not stand for the cell.
 
         Parameters
         ----------
-        least
+        minimum
             1 for all cells in which the label changes, 2 for those where it changes within the
             error of the integration.
 
@@ -313,7 +313,7 @@ class Basins(FoundAttractors):
         float
             The fraction, from 0 to 1.
         """
-        return float((self.uncertain >= least).mean())
+        return float((self.uncertain >= minimum).mean())
 
     def _head(self) -> str:
         ends = [
@@ -330,7 +330,7 @@ class Basins(FoundAttractors):
         return f"{self.model!r} from {grid}: {listed(ends)}{at}"
 
     def _notes(self) -> list[str]:
-        within, error = map(self.uncertain_share, (WITHIN_CELL, WITHIN_ERROR))
+        within, error = map(self.uncertain_fraction, (WITHIN_CELL, WITHIN_ERROR))
         result = [f"Uncertain: the label changes within {100 * within:.3g} % of the cells"]
         if error:
             result.append(
@@ -400,7 +400,7 @@ class BasinFractions(Result):
     values: Annotated[Array, axis("{vary}")]
     box: Box
     seed: int
-    asked: int | None
+    requested: int | None
     starts: Annotated[
         Array, Entry("start state", "starting state at phase zero", name="starting_states")
     ]

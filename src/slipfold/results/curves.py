@@ -48,8 +48,8 @@ def _stuck_fraction(curve: Any) -> Array:
     return np.full(len(curve), np.nan) if own is None else own
 
 
-def _turns(branch: Branch) -> list[int]:
-    return [branch.turns.get(item.name, 0) for item in branch.model.states]
+def _revolutions(branch: Branch) -> list[int]:
+    return [branch.revolutions.get(item.name, 0) for item in branch.model.states]
 
 
 def _gradients(point: SpecialPoint) -> list[float]:
@@ -91,9 +91,9 @@ CURVE = (
     Column("node_count", WHOLE, "nodes of an orbit", "", name="node_count",
            get=lambda curve: curve.nodes.shape[1]),
     Column("points", get=len, record=True),
-    Column("turns", WHOLE, "revolutions of each angle in a period, 0 for what is no angle", "",
-           ("state",), derived=True, get=_turns, when="turns"),
-    Column("turns", record=True, when="turns"),
+    Column("revolutions", WHOLE, "revolutions of each angle in a period, 0 for what is no angle",
+           "", ("state",), derived=True, get=_revolutions, when="revolutions"),
+    Column("revolutions", record=True, when="revolutions"),
     Column("base", REAL, "values of the parameters in the model that the locus was followed with",
            None, ("parameter",), when="locus",
            get=lambda locus: [locus.model.values[name] for name in locus.vary]),
@@ -280,7 +280,7 @@ class CurveList(ResultPart):
         """Return the table of curves with some of the optional parts."""
         parts = parts | {result.thing} | ({"cycle"} if not result.model.forced else set())
         if result.thing == "branch" and result.model.angle_periods.any():
-            parts |= {"turns"}
+            parts |= {"revolutions"}
 
         def chosen(columns: tuple[Column, ...]) -> tuple[Column, ...]:
             return tuple(item for item in columns if parts.issuperset(item.when.split()))

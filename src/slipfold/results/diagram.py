@@ -31,7 +31,7 @@ from slipfold.text import PrintedTable, certain, headed, revolutions_text, stabi
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
 """Entries of the column on stability."""
 
-COMPLETE = {"span", "closed", "born"}
+COMPLETE = {"span", "closed", "bifurcation"}
 """Kinds of ends that say nothing about what lies beyond them."""
 
 GAP = 1e-3
@@ -56,7 +56,7 @@ def _stability(mark: TableLine) -> str:
     if mark.type in BIFURCATION_TYPES:
         return ""
     # A branch that leaves another has a multiplier on the unit circle there, within rounding.
-    if mark.point is None and mark.row == 0 and branch.started.kind in ("born", "closed"):
+    if mark.point is None and mark.row == 0 and branch.started.kind in ("bifurcation", "closed"):
         return ""
     cycle = branch.kind == "periodic" and not branch.model.forced
     multipliers = branch.multipliers[mark.row] if mark.point is None else mark.point.multipliers
@@ -293,11 +293,13 @@ class Diagram(CurveDiagram):
             started, stopped = branch.ends
             begins, ends = (self._at([certain(end.value, noise)]) for end in branch.ends)
             size = f"period {branch.period}, {len(branch)} points"
-            size = ", ".join(filter(None, [size, revolutions_text(branch.turns), _stuck(branch)]))
+            size = ", ".join(
+                filter(None, [size, revolutions_text(branch.revolutions), _stuck(branch)])
+            )
             closed = started.reason == stopped.reason  # it ends where it begins
             if branch.parent is None and not closed and started.value != self.span[0]:
                 sentences.append(f"Branch {branch.id}: {started.reason}")
-            if branch.parent is not None and started.kind != "born":
+            if branch.parent is not None and started.kind != "bifurcation":
                 sentences.append(f"Branch {branch.id} begins at {begins}: {started.reason}")
             sentences.append(f"Branch {branch.id} ({size}) stopped at {ends}: {stopped.reason}")
         return sentences

@@ -60,7 +60,7 @@ class MeasurementPlan(Result):
     rows = "row"
     recorded = (
         "vary", "quantities", "errors", "fitted", "errors_expected", "correlation", "values",
-        "read", "slopes",
+        "predicted", "slopes",
     )  # fmt: skip
     arrays = MappingProxyType({
         "errors_expected": Entry("fitted", "expected standard error", name="fitted_error"),
@@ -88,7 +88,7 @@ class MeasurementPlan(Result):
             doc="Values of the parameter in the order of the sweep",
         ),
     ]
-    read: Annotated[
+    predicted: Annotated[
         Array, Entry("row quantity", "expected measurement", more="NaN where no response is stable")
     ]
     slopes: Annotated[
@@ -155,7 +155,7 @@ class MeasurementPlan(Result):
             )
         return best_rows(self.slopes / self.errors[:, None] * self._sizes, count)
 
-    def some(self, rows: Sequence[int]) -> MeasurementPlan:
+    def select(self, rows: Sequence[int]) -> MeasurementPlan:
         """Return the plan with a subset of its rows.
 
         Parameters
@@ -165,7 +165,10 @@ class MeasurementPlan(Result):
         """
         chosen = list(rows)
         return replace(
-            self, values=self.values[chosen], read=self.read[chosen], slopes=self.slopes[chosen]
+            self,
+            values=self.values[chosen],
+            predicted=self.predicted[chosen],
+            slopes=self.slopes[chosen],
         )
 
     def _head(self) -> str:
@@ -210,13 +213,13 @@ ESTIMATES = Items("fitted", (
         Column("low", REAL, "lower end of the 95 % confidence interval", name="fitted_low",
                record=True),
         Column("high", REAL, "upper end of that interval", name="fitted_high", record=True),
-        Column("least", REAL, "given lower bound", name="fitted_least", record=True),
-        Column("most", REAL, "given upper bound", name="fitted_most", record=True),
+        Column("lower_bound", REAL, "given lower bound", name="fitted_lower_bound", record=True),
+        Column("upper_bound", REAL, "given upper bound", name="fitted_upper_bound", record=True),
         Column("correlation", REAL, "with each of the other parameters", "",
                ("other",), name="fitted_correlation", record=True),
 ), kind=Estimate, doc="The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard "
-   "error), ``low`` and ``high`` (95 % confidence interval), ``least`` and ``most`` (given "
-   "bounds), ``correlation`` with each of the parameters.")  # fmt: skip
+   "error), ``low`` and ``high`` (95 % confidence interval), ``lower_bound`` and "
+   "``upper_bound`` (as given), ``correlation`` with each of the parameters.")  # fmt: skip
 
 
 class MeasuredRows(Nested):
@@ -232,7 +235,7 @@ MEASUREMENT = MeasuredRows(Measurement, {
     "quantities": QUANTITIES,
     "values": Entry("row", "value of the parameter", "{vary}", name="value", label=True,
                     head="{vary}"),
-    "readings": Entry("row quantity", "measured value", head="read"),
+    "measured": Entry("row quantity", "measured value"),
     "errors": Entry("row quantity", "standard deviation of the measurement", head="error of"),
     "sweep": Entry("row", "direction in which the parameter was swept"),
 }, "The measurement.", {
@@ -267,7 +270,7 @@ class Fit(Result):
 
     title = "parameters of {0.model.name} fitted to a measured response"
     rows = "row"
-    recorded = ("scatter", "converged", "message", "predicted", "period", "used")
+    recorded = ("residual_std", "converged", "message", "predicted", "period", "used")
 
     model: Model
     measurement: Annotated[Measurement, MEASUREMENT]
@@ -279,7 +282,7 @@ class Fit(Result):
         NDArray[np.int64], Entry("row", "of the stable response, in forcing periods, 0: none")
     ]
     used: Annotated[NDArray[np.bool_], Entry("row", "whether the row was used")]
-    scatter: Annotated[
+    residual_std: Annotated[
         float,
         "Root of the sum of squared weighted residuals over the degrees of freedom. It is about 1 "
         "if errors are given; otherwise residuals are fractions of each quantity's range.",
@@ -305,7 +308,10 @@ class Fit(Result):
         used = f"{int(self.used.sum())} of {len(self.measurement)} rows used"
         expected = ", 1 expected" if errors_given else " of the measurements' range"
         message = capitalized(self.message, self.model.parameters)
-        return [f"{used}; scatter {self.scatter:.3g}{expected}", *([message] if message else [])]
+        return [
+            f"{used}; residual standard deviation {self.residual_std:.3g}{expected}",
+            *([message] if message else []),
+        ]
 
     def _line(self) -> str:
         values = listed(
@@ -335,13 +341,13 @@ class Fit(Result):
             "quantities": [str(item) for item in measured.quantities],
             "fitted": ESTIMATES.record(self, "estimates"),
             "values": measured.values,
-            "readings": measured.readings,
+            "measured": measured.measured,
             **super()._record(),
         }
 
 
 def _open(item: Estimate) -> str:
     """Return at which given bounds an interval ends, in words."""
-    bounds = {"lower": item.low == item.least, "upper": item.high == item.most}
+    bounds = {"lower": item.low == item.lower_bound, "upper": item.high == item.upper_bound}
     met = [side for side, meets in bounds.items() if meets]
     return f", at its {' and '.join(met)} bound" if met else ""

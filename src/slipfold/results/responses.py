@@ -188,7 +188,14 @@ class Responses(Result, Sequence["Diagram | None"]):
             kind = point.type, branch.period
             values.setdefault(kind, []).append(point.value)
             cases.setdefault(kind, set()).add(case)
-        head = ("type", "period", "cases", "points", f"least {self.vary}", f"largest {self.vary}")
+        head = (
+            "type",
+            "period",
+            "cases",
+            "points",
+            f"smallest {self.vary}",
+            f"largest {self.vary}",
+        )
         rows = [
             (kind, str(period), str(len(cases[kind, period])), str(len(found)),
              f"{min(found):.9g}", f"{max(found):.9g}")

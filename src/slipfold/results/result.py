@@ -47,7 +47,7 @@ USUAL = {
     "settings": "Options of continuation.",
     "box": "Corners ``low`` and ``high`` of the box of starts, each of shape (n_states,).",
     "seed": "Seed of the starts or samples.",
-    "asked": "Periods that were requested; None if none were.",
+    "requested": "Periods that were requested; None if none were.",
     "ends": "How many trajectories ended early, by the limit of the model that they met.",
     "transient": "Forcing periods left out at each value.",
     "interrupted": "Whether the computation was interrupted, so that some of it is missing.",

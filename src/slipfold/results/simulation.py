@@ -46,7 +46,7 @@ INTERVALS = Items("interval", (
 
 STICKING = Nested(Sticking, {
     "contacts": Entry("contact", "name of the contact", name="contact", label=True),
-    "modes": Entry("strobe contact", "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open",
+    "modes": Entry("sample contact", "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open",
                    "", head=None),
     "intervals": INTERVALS,
 }, "Status of the contacts; None if the trajectory never sticks.")  # fmt: skip
@@ -110,12 +110,12 @@ class Simulation(Trajectory, Result):
     schema = "slipfold.simulation/1"
     row = "the start of a forcing period"
     title = "simulation of {0.model.name}"
-    rows = "strobe"
+    rows = "sample"
     arrays = MappingProxyType({
-        "_count": Entry("strobe", "forcing periods, or intervals of the duration, since the start",
-                        "", WHOLE, "strobe", label=True, head=None),
-        "time": Entry("strobe", "time since the start", "s", label=True),
-        "strobe": Entry("strobe state", "state, at phase zero of the forcing", name="states",
+        "_count": Entry("sample", "forcing periods, or intervals of the duration, since the start",
+                        "", WHOLE, "sample", label=True, head=None),
+        "time": Entry("sample", "time since the start", "s", label=True),
+        "states": Entry("sample state", "state, at phase zero of the forcing",
                         head=""),
         "sticking": STICKING,
     })  # fmt: skip
@@ -124,7 +124,7 @@ class Simulation(Trajectory, Result):
     stopped: Annotated[
         GuardStop | None, "Why and when it ended early; None if it ran to its end."
     ] = None
-    asked: Annotated[int, "Forcing periods that were requested."]
+    requested: Annotated[int, "Forcing periods that were requested."]
     tolerance: Annotated[
         float,
         "Distance from a periodic response at which the trajectory counts as settled, in scaled "
@@ -194,7 +194,7 @@ class Simulation(Trajectory, Result):
 
     def _sections(self) -> list[PrintedTable | list[str]]:
         model, last, spectrum = self.model, self.last_round, self._response_spectrum
-        pairs = zip(model.states, self.strobe[-1], strict=True)
+        pairs = zip(model.states, self.states[-1], strict=True)
         state = ", ".join(f"{item.name} = {value:.12g}" for item, value in pairs)
         sentences = [
             capitalized(self.settlement.message, (*model.parameters, *model.states)),
@@ -236,14 +236,14 @@ class Simulation(Trajectory, Result):
         extrema = {state.name: [float(low), float(high)] for state, low, high in pairs}
         return {
             "periods": self.periods,
-            "initial_state": self.strobe[0],
-            "state": self.strobe[-1],
+            "initial_state": self.states[0],
+            "state": self.states[-1],
             "settled": settlement.settled,
             "kind": settlement.kind,
             "period": settlement.period,
             "duration": settlement.duration,
             "drift": settlement.drift,
-            **({"turns": settlement.turns} if settlement.turns else {}),
+            **({"revolutions": settlement.revolutions} if settlement.revolutions else {}),
             "message": settlement.message,
             "regime": self.regime,
             "stick": None if self.regime is None or last is None else stick_record(last),
@@ -265,7 +265,7 @@ class Simulation(Trajectory, Result):
 
     @property
     def _count(self) -> NDArray[np.int64]:
-        return np.arange(len(self.strobe))
+        return np.arange(len(self.states))
 
     def _frame(self) -> Frame:
         result = super()._frame()

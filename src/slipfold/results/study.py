@@ -277,7 +277,7 @@ class StudyResult(Result):
             known = values[np.isfinite(values)] if item.kind == "real" else values
             ends = [f"{end:.9g}" for end in (known.min(), known.max())] if len(known) else ["", ""]
             rows.append([headed(item), *ends, f"{len(known)} cases"])
-        return PrintedTable(["", "least", "largest", "found"], rows, ("", "found"))
+        return PrintedTable(["", "smallest", "largest", "found"], rows, ("", "found"))
 
     def _notes(self) -> list[str]:
         counts = Counter(self.failures.values())

@@ -154,12 +154,14 @@ class Design(Result):
     names: Annotated[
         tuple[str, ...], Entry("chosen", "parameter to choose", name="chosen", label=True)
     ]
-    bounds: Annotated[Array, Entry("chosen bound", "least and largest value", name="chosen_bounds")]
+    bounds: Annotated[
+        Array, Entry("chosen bound", "lowest and highest value", name="chosen_bounds")
+    ]
     load: Annotated[float, "Value of `vary` at which the vibration is measured."]
     state: Annotated[str, "The state that vibrates."]
     level: Annotated[float, "Its vibration before, root mean square about its mean."]
     kept: Annotated[tuple[str, ...], "Names of further thresholds."]
-    least: Annotated[tuple[float, ...], "What each of these is to stay above."]
+    lower_bounds: Annotated[tuple[float, ...], "What each of these is to stay above."]
     sides: Annotated[
         tuple[str, ...],
         Entry("design", "on which side of what is wanted the threshold is to be", name="side"),
@@ -251,7 +253,7 @@ class Design(Result):
         load = parameter_text(self.model.parameter(self.vary), self.load)
         chosen = ", ".join(self.names)
         return (
-            f"{self.model.name}: {chosen} for {self.type} in {self.vary}, least vibration of "
+            f"{self.model.name}: {chosen} for {self.type} in {self.vary}, minimum vibration of "
             f"{self.state} at {load}"
         )
 

@@ -80,7 +80,7 @@ TORI = (
 
 POINT = (
     Column("parameter", REAL, "{vary}", "{vary}", label=True, head="{vary}"),
-    Column("rotation", REAL, "turns of the circle over the period", ""),
+    Column("rotation", REAL, "revolutions of the circle over the period", ""),
     Column("frequency", REAL, "modulation frequency", "Hz", derived=True, head="modulation"),
     Column("durations", REAL, LASTING, "s", head=None, when="cycle"),
     Column("circles", REAL, "states at phase zero at equal angles of the circle", None,

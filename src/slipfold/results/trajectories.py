@@ -77,7 +77,7 @@ class LyapunovExponents(Result):
     start: Annotated[Array, Entry("state", "first state of the trajectory")]
     state: Annotated[Array, Entry("state", "last state of the trajectory", name="last")]
     tolerance: Annotated[float, "Error of the exponents at which the computation ends."]
-    asked: int | None
+    requested: int | None
     interrupted: bool
     provenance: Provenance
 
@@ -126,7 +126,9 @@ class LyapunovExponents(Result):
         return f"{model!r} over {length}\n{classification}"
 
     def _notes(self) -> list[str]:
-        requested = "its exponents were known" if self.asked is None else "all periods were done"
+        requested = (
+            "its exponents were known" if self.requested is None else "all periods were done"
+        )
         return [f"Interrupted before {requested}"] if self.interrupted else []
 
     def _line(self) -> str:
@@ -264,16 +266,16 @@ class RegimeMap(Result):
     def coexist(self) -> NDArray[np.bool_]:
         """Where trajectories of different runs converge to different attractors, shape (n1, n2).
 
-        Responses of one period are different where their means are, angles up to whole turns. Two
+        Responses of one period are different where their means are, angles up to revolutions. Two
         tori, or two chaotic trajectories, or two that stick, are not distinguished.
         """
         result = np.zeros(self.kinds.shape[1:], bool)
         named = [self.names(run) for run in self.runs]
         known = np.isin(self.kinds, KNOWN)
-        scales, turns = self.model.state_scales(), self.model.angle_periods
+        scales, angle_periods = self.model.state_scales(), self.model.angle_periods
         for one, other in combinations(range(len(self.runs)), 2):
             both = known[one] & known[other]
-            between = wrap_angles(self.means[one] - self.means[other], turns)
+            between = wrap_angles(self.means[one] - self.means[other], angle_periods)
             apart = np.abs(between / scales).max(axis=-1) > CLASSIFICATION.same_mean
             result |= both & ((named[one] != named[other]) | apart)
         return result

@@ -410,7 +410,7 @@ class SimulationWork(TrajectoryWork):
             ends = np.column_stack([extrema.minimum[0], extrema.maximum[0]])
         values = (int(settlement.settled), settlement.period, settlement.duration, result.duration)
         reason = "" if stopped is None else stopped.reason
-        return self.case(model, (*values, reason, *result.strobe[-1], *ends.ravel()))
+        return self.case(model, (*values, reason, *result.states[-1], *ends.ravel()))
 
 
 def _outputs(model: Model) -> tuple[State | Output, ...]:

@@ -2,7 +2,6 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
 
 LINK = "model=duffing&p.W=1.2&span=1.1~1.3"
@@ -17,13 +16,6 @@ NOTE = """
 }
 """
 """Note how fine pictures are that come."""
-
-
-@pytest.fixture(autouse=True)
-def at_the_top(explorer):
-    """The tab is left as it was found: other tests point at the diagram."""
-    yield
-    explorer.page.evaluate("scrollTo(0, 0)")
 
 
 def test_the_picture_becomes_finer_and_a_click_lets_a_motion_go(explorer):

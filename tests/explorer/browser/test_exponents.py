@@ -2,15 +2,7 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
-
-
-@pytest.fixture(autouse=True)
-def at_the_top(explorer):
-    """The tab is left as it was found: other tests point at the diagram."""
-    yield
-    explorer.page.evaluate("scrollTo(0, 0)")
 
 
 def judged(explorer):

@@ -33,7 +33,7 @@ class Branch(OrbitSeries):
 
     def _line(self) -> str:
         parts = ["equilibria" if self.kind == "equilibrium" else f"period {self.period}"]
-        parts.append(revolutions_text(self.turns))
+        parts.append(revolutions_text(self.revolutions))
         parts.append(f"{len(self)} points")
         if len(self):
             ends = (float(self.parameter[0]), float(self.parameter[-1]))
@@ -112,6 +112,6 @@ class Branch(OrbitSeries):
         return np.array([orbit.multiplier_uncertainty for orbit in orbits])
 
     @cached_property
-    def turns(self) -> dict[str, int]:
-        """Whole turns that each angle makes in a period, by name: the same all along a branch."""
-        return self.orbit(0).turns if len(self) else {}
+    def revolutions(self) -> dict[str, int]:
+        """Revolutions that each angle makes in a period, by name: the same all along a branch."""
+        return self.orbit(0).revolutions if len(self) else {}

@@ -92,10 +92,10 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
     if orbits.segments == 1 and orbits.kind == "periodic":
         nodes, constants = orbits.nodes(z), orbits.constants(z)
         later = orbits.by.states(nodes, constants, np.array([orbits.phase + orbits.period / 2]))
-        return wrap_angles((nodes - later)[0] / orbits.scales, orbits.by.turns)
+        return wrap_angles((nodes - later)[0] / orbits.scales, orbits.by.angle_periods)
     half = orbits.size // 2
-    turns = np.resize(orbits.by.turns, half) / np.sqrt(orbits.segments)
-    return wrap_angles(z[:half] - z[half : orbits.size], turns)
+    periods = np.resize(orbits.by.angle_periods, half) / np.sqrt(orbits.segments)
+    return wrap_angles(z[:half] - z[half : orbits.size], periods)
 
 
 def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:

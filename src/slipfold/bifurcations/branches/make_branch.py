@@ -318,8 +318,10 @@ def assemble(
         first = started
         if followed.start.found is not None:
             special = described[followed.start.found]
-            born = f"born at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
-            first = End("born", born, (special.value,))
+            reason = (
+                f"emanates at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
+            )
+            first = End("bifurcation", reason, (special.value,))
             if len(followed.start.points) > 1:  # it crosses its parent there
                 own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
         own.sort(key=lambda special: special.arclength)

@@ -56,7 +56,7 @@ def trace_response(
 ) -> tuple[Branch, ...]:
     """Follow the periodic response in one parameter, and all branches that leave it.
 
-    Of an autonomous model the equilibrium is followed and the cycles born at its Hopf points. At
+    Of an autonomous model the equilibrium is followed and the cycles from its Hopf points. At
     period doublings the branch of twice the period is followed, at a branch point the other branch,
     in both directions. A branch that is met again is not followed again. Where contacts begin to
     stick the model may end, or branches continue across sticking phases.

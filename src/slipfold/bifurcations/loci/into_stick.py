@@ -205,7 +205,7 @@ class Settled(NamedTuple):
     """The attractor of a trajectory."""
 
     period: int  # in forcing periods; 0 if it does not repeat itself, or has ended
-    states: Array  # at the last strobes, the latest last, shape (period or 1, n)
+    states: Array  # of the last stroboscopic samples, the latest last, shape (period or 1, n)
     note: str
     # Fraction of the last period in which a contact sticks; NaN if slip does not come to zero
     fraction: float = np.nan
@@ -231,7 +231,7 @@ def settle(model: Model, state: Array) -> Settled:
     before = 0
     for count in RULES.rounds:
         trajectory = simulate(model, count, state, tolerance=RULES.steady)
-        state = trajectory.strobe[-1]
+        state = trajectory.states[-1]
         if trajectory.stopped is not None:
             break
         # What approaches period 1 from either side in turn repeats itself in two periods sooner.
@@ -239,7 +239,7 @@ def settle(model: Model, state: Array) -> Settled:
             break
         before = trajectory.settlement.period or 0
     period, note = trajectory.settlement.period or 0, trajectory.settlement.message
-    states = trajectory.strobe[-max(period, 1) :]
+    states = trajectory.states[-max(period, 1) :]
     last = None if trajectory.stopped is not None else last_round(trajectory)
     if last is None or trajectory.sticking is None:
         return Settled(period, states, note)

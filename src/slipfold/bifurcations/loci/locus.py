@@ -173,7 +173,7 @@ class Locus(OrbitSeries):
 
 
 def hopf_duration(eigenvalues: Complex) -> float:
-    """Return the period of the cycles born at a Hopf point; NaN where no pair is imaginary.
+    """Return the period of the cycles that emanate at a Hopf point; NaN where no pair is imaginary.
 
     Shapes: eigenvalues (n,).
 

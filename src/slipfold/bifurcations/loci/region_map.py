@@ -188,7 +188,7 @@ class Region(OneLine):
     def _stops(self) -> str:
         """What contacts do that stop: where static friction cannot hold they turn round."""
         least, most = self.stuck
-        return "sticks" if least > 0 else "turns or sticks" if most > 0 else "turns"
+        return "sticks" if least > 0 else "reverses or sticks" if most > 0 else "reverses"
 
     @property
     def _periods(self) -> str:

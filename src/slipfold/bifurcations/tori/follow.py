@@ -118,7 +118,7 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
     """Return why tori end at what was found, None if they go on."""
     place = found.point.curve.place(found.point.z)
     if found.type == "size":
-        return End("birth", SHRINKS, place)
+        return End("bifurcation", SHRINKS, place)
     if found.type != "LP" and Fraction(found.type).denominator <= TORUS.strong:
         reason = f"reaches the strong resonance {found.type} and is not followed past it"
         return End("resonance", reason, place)
@@ -134,7 +134,9 @@ class _Resolved:
         circles = point.curve
         states = circles.states(point.z)
         if np.ptp(states / circles.model.state_scales(), axis=0).max() < TORUS.point:
-            return MonitorResult(stop=Stop(point, End("birth", SHRINKS, circles.place(point.z))))
+            return MonitorResult(
+                stop=Stop(point, End("bifurcation", SHRINKS, circles.place(point.z)))
+            )
         size = tail(states)
         if circles.count < MAX_ANGLES or size < TORUS.broken:
             return MonitorResult()
@@ -201,7 +203,7 @@ def tori_of(
     for done, (branch, point) in enumerate(starts):
         near = TORUS.same * abs(span[1] - span[0])
         if any(
-            (tori.stopped.kind, tori.period) == ("birth", point.period)
+            (tori.stopped.kind, tori.period) == ("bifurcation", point.period)
             and abs(tori.stopped.value - point.value) < near
             for tori in result
         ):
@@ -307,9 +309,9 @@ class _Tori:
                     rows[-1] = rows[-1]._replace(omitted=rows[-1].omitted + 1)
                 if end.kind != "interrupted":  # the observer would interrupt again
                     self._report(traced)
-            if end.kind == "birth":
+            if end.kind == "bifurcation":
                 _add_orbit(rows, self.model.state_scales())
-            if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
+            if end.kind in ("bifurcation", "broken", "homoclinic"):  # where they are last known
                 end = End(end.kind, end.reason, rows[-1].parameter)
         except KeyboardInterrupt:
             reason = "interrupted; results up to there are kept"

@@ -86,12 +86,12 @@ def circle_from_trajectory(
         motion.advance(periods - motion.periods)
         if motion.stopped is not None:
             return None
-        strobe = motion.strobe[periods // 2 :]
-        rotation = rotation_of(strobe, motion.model.state_scales(), model.angle_periods)
+        states = motion.states[periods // 2 :]
+        rotation = rotation_of(states, motion.model.state_scales(), model.angle_periods)
         if rotation is None or rotation.error > TORUS.tail**0.5:
             continue
-        strobe = strobe[:: rotation.period]
-        for circle in _circles(strobe, rotation.number, model.angle_periods):
+        states = states[:: rotation.period]
+        for circle in _circles(states, rotation.number, model.angle_periods):
             result = _corrected(motion.model, vary, width, rotation.period, circle, rotation.number)
             if result is not None:
                 return result

@@ -136,7 +136,7 @@ class TorusBranch(SolutionCurve):
             reason = "begins at the torus that a trajectory converges to"
             return End("settled", reason, float(self.parameter[0]))
         reason = f"emanates from a Neimark-Sacker point of branch {self.parent}"
-        return End("born", reason, float(self.parameter[0]))
+        return End("bifurcation", reason, float(self.parameter[0]))
 
     @property
     def frequency(self) -> Array:
@@ -147,7 +147,7 @@ class TorusBranch(SolutionCurve):
 
     @property
     def stable(self) -> Mask:
-        """Whether each torus attracts for certain, shape (n_points,); at the birth none does."""
+        """Whether each torus attracts for certain, shape (n_points,). An orbit does not."""
         return np.asarray(self.growth < -self.growth_error)
 
     @property

@@ -72,10 +72,10 @@ class MeasurementFile(Outputs):
                 write_file(self.csv, text.encode())
                 note(f"wrote {self.csv}")
         if result.stopped is not None:
-            note(f"stopped early: {result.stopped}; {len(result)} of {total} readings are kept")
+            note(f"stopped early: {result.stopped}; {len(result)} of {total} measurements are kept")
             return FAILED
         if len(result) < total:
-            note(f"interrupted after {len(result)} of {total} readings, which are kept")
+            note(f"interrupted after {len(result)} of {total} measurements, which are kept")
             return INTERRUPTED
         return DONE
 
@@ -99,7 +99,7 @@ class PlanFiles(Outputs):
         if self.best is None:
             self.write(result)
             return DONE
-        result = result.some(result.best(self.best))
+        result = result.select(result.best(self.best))
         self.write(result)
         if self.json != "-":
             say(f"best at {result.vary} = {', '.join(f'{value:.6g}' for value in result.values)}")

@@ -132,7 +132,7 @@ class Answering:
             orbit = self._orbit(view, check)
         if request.format == "python":
             file = self._catalogue.file(model)
-            return python_text(model, view, orbit, file, request.readings).encode()
+            return python_text(model, view, orbit, file, request.measurements).encode()
         if orbit is not None:
             result = SavedOrbit(orbit.model, orbit, provenance(0.0))
         elif isinstance(view, DiagramRequest):

@@ -23,7 +23,7 @@ from slipfold.interface.explorer.export import MEDIA_TYPES, SUFFIXES
 from slipfold.interface.explorer.messages import (
     CancelRequest,
     ExportRequest,
-    ReadingsRequest,
+    MeasurementsRequest,
     ValuesRequest,
     ViewRequest,
     parse_request,
@@ -243,8 +243,8 @@ def _add_interface(
         except InputError as error:
             return PlainTextResponse(str(error), 400)
 
-    @app.post("/api/readings")
-    async def readings(request: ReadingsRequest) -> Response:
+    @app.post("/api/measurements")
+    async def measurements(request: MeasurementsRequest) -> Response:
         """Read a measured response with the units of a model."""
         if not allowance.take():
             return PlainTextResponse(TOO_MANY, 429)

@@ -239,7 +239,7 @@ def readings_view(measurement: Measurement) -> dict[str, Any]:
             {
                 "show": item.output,
                 "statistic": item.measure,
-                "readings": [number(value) for value in measurement.readings[:, k]],
+                "measurements": [number(value) for value in measurement.measured[:, k]],
                 "errors": [number(value) for value in measurement.errors[:, k]],
             }
             for k, item in enumerate(measurement.quantities)

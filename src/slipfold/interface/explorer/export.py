@@ -91,9 +91,9 @@ def python_text(
     view: DrawnRequest,
     orbit: PeriodicOrbit | None,
     file: Path | None = None,
-    readings: str | None = None,
+    measurements: str | None = None,
 ) -> str:
-    """Return a script that computes and draws what a view shows; a diagram with readings of a file.
+    """Return a script that computes and draws what a view shows, with measurements of a file.
 
     >>> from slipfold.interface.explorer.messages import parse_request
     >>> view = parse_request(
@@ -114,23 +114,23 @@ def python_text(
         "import slipfold as sf",
         "",
         f"model = {_model(shown, file)}",
-        *_steps(shown, view, orbit, readings),
+        *_steps(shown, view, orbit, measurements),
     ]
     return "\n".join(lines) + "\n"
 
 
 def _steps(
-    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, readings: str | None
+    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, measurements: str | None
 ) -> list[str]:
     if isinstance(view, DiagramRequest):
         span = f"({view.span[0]!r}, {view.span[1]!r})"
-        read = f"measured = sf.read_measurement({readings!r}, model)"
+        read = f"measured = sf.read_measurement({measurements!r}, model)"
         return [
             f'diagram = sf.response(model, vary="{view.vary}", span={span})',
             "print(diagram.summary())",
-            *([read] if readings else []),
+            *([read] if measurements else []),
             f'diagram.plot("{view.show}", measure="{view.statistic}"'
-            f'{", measured=measured" if readings else ""}).figure.savefig("diagram.svg")',
+            f'{", measured=measured" if measurements else ""}).figure.savefig("diagram.svg")',
         ]
     if isinstance(view, PlaneRequest):
         window = (

@@ -246,7 +246,7 @@ class ExportRequest(_Message):
     view: DrawnRequest  # the request that made the view
     # ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``
     format: Literal["python", "toml", "csv", "nc"]
-    readings: FileName | None = None  # file whose readings are drawn on the diagram
+    measurements: FileName | None = None  # file whose measurements are drawn on the diagram
 
 
 class ValuesRequest(_Message):
@@ -256,7 +256,7 @@ class ValuesRequest(_Message):
     parameters: Values  # the values, SI units
 
 
-class ReadingsRequest(_Message):
+class MeasurementsRequest(_Message):
     """A measured response in the words of its file."""
 
     model: ModelName  # name of the model whose parameter and outputs it names

@@ -68,7 +68,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     flow = flow_of(model)
     time, states = orbit.sample(min(4 * SAMPLES * orbit.period, MAX_SAMPLES))
     time = np.append(time, orbit.duration)
-    turned = [REVOLUTION * orbit.turns.get(state.name, 0) for state in model.states]
+    turned = [REVOLUTION * orbit.revolutions.get(state.name, 0) for state in model.states]
     states = np.concatenate([states, states[:1] + turned])
     constants = flow.constants_of(model)
     phases = time / constants.period

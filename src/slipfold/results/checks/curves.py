@@ -55,7 +55,7 @@ def check_branches(branches: Sequence[Branch], observer: Observer | None = None)
         _end(branch, index, word)
         for branch in branches
         for index, word in (ENDS if len(branch) else ())
-        if index == -1 or (branch.started.kind != "born" and len(branch) > 1)
+        if index == -1 or (branch.started.kind != "bifurcation" and len(branch) > 1)
     )
 
     def progress(done: int) -> Progress:

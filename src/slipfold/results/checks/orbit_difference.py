@@ -55,8 +55,8 @@ def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
     nodes = orbit.nodes[starts] / constants.scales
     phases = np.append(starts, count) * (orbit.period / count)
     arrived = implicit_ends(StiffFallback(flow, constants), nodes, phases[:-1], phases[1:])
-    turns = orbit.model.angle_periods / constants.scales
-    apart = wrap_angles(arrived - np.roll(nodes, -1, axis=0), turns)
+    angle_periods = orbit.model.angle_periods / constants.scales
+    apart = wrap_angles(arrived - np.roll(nodes, -1, axis=0), angle_periods)
     drift = float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
     return drift if np.isfinite(drift) else np.inf
 
@@ -266,8 +266,8 @@ def _newton_step(
     orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
 ) -> _OrbitComparison:
     forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
-    turns = orbit.model.angle_periods / field.scales
-    condensed = _condensed(field, retraced, turns, autonomous=not forced)
+    angle_periods = orbit.model.angle_periods / field.scales
+    condensed = _condensed(field, retraced, angle_periods, autonomous=not forced)
     matrices, pulls, defects = _between(anchors, condensed)
     rates = None if forced else field.rates(retraced.nodes, retraced.edges[:-1])
     own = 0 if forced else 1
@@ -304,10 +304,12 @@ def _finite(values: Array | float) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def _condensed(field: Field, retraced: Retraced, turns: Array, *, autonomous: bool) -> Array:
+def _condensed(
+    field: Field, retraced: Retraced, angle_periods: Array, *, autonomous: bool
+) -> Array:
     """Return how pieces end: by beginnings, by the unit of time, and what is lacking.
 
-    Shapes: turns (n,); returns (N, n, n + 2).
+    Shapes: angle_periods (n,); returns (N, n, n + 2).
     """
     (count, m, n), edges = retraced.stages.shape, retraced.edges
     together, parts = max(1, CHECKS.memory // (m * n) ** 2), []
@@ -322,7 +324,7 @@ def _condensed(field: Field, retraced: Retraced, turns: Array, *, autonomous: bo
         parts.append(np.concatenate([solved.matrices, pulls, solved.ends[..., None]], axis=2))
     condensed = np.concatenate(parts)
     following = np.roll(retraced.nodes, -1, axis=0)
-    condensed[:, :, n + 1] = wrap_angles(condensed[:, :, n + 1] - following, turns)
+    condensed[:, :, n + 1] = wrap_angles(condensed[:, :, n + 1] - following, angle_periods)
     return condensed
 
 

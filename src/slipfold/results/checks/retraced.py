@@ -39,8 +39,8 @@ class SampledSolution:
     pieces: int  # initial number of pieces in each of the m parts
     # Whether the Jacobians must be as well resolved, for what is derived from them
     slopes: bool = False
-    # Whole turns of angles by which states may differ from what comes before them, shape (n,)
-    turns: Array = field(default_factory=lambda: NO_ANGLES)
+    # Revolutions of angles by which states may differ from what comes before them, shape (n,)
+    angle_periods: Array = field(default_factory=lambda: NO_ANGLES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,5 +182,5 @@ def _joined(
     nodes, complete = pieces.states / scales, end == solution.phases[-1]
     last = solution.states[-1:] / scales if complete else pieces.ends[-1:]
     apart = np.concatenate([nodes[1:], last]) - pieces.ends
-    defects = pieces.defects + wrap_angles(apart, solution.turns / scales)
+    defects = pieces.defects + wrap_angles(apart, solution.angle_periods / scales)
     return Retraced(np.append(pieces.begin, end), nodes, pieces.stages, defects, complete, tried)

@@ -67,7 +67,7 @@ def _again(trajectory: Trajectory) -> list[Check]:
     chosen = np.linspace(0, trajectory.periods - 1, count).astype(int)
     chosen = chosen[~_perturbed(trajectory)[chosen]]
     for calls in CHECKS.calls:  # a period may take more steps than one call allows
-        ends = _ends(trajectory, trajectory.strobe[chosen], calls)
+        ends = _ends(trajectory, trajectory.states[chosen], calls)
         failed = ~np.isfinite(ends).all(axis=1)
         if not failed.any():
             break
@@ -80,7 +80,7 @@ def _again(trajectory: Trajectory) -> list[Check]:
         scales, begins = fallback.field.scales, np.zeros(len(stiff))
         # A period of large reversing slip takes five hundred steps.
         options = {"most": 5_000, "points": OTHER_POINTS, "tolerance": FINER}
-        scaled = trajectory.strobe[stiff] / scales
+        scaled = trajectory.states[stiff] / scales
         stiff_ends = scales * implicit_ends(fallback, scaled, begins, begins + 1, **options)
         if np.isfinite(stiff_ends).all():
             result = [repeated(trajectory, stiff, stiff_ends, IMPLICIT)]
@@ -95,8 +95,8 @@ def repeated(
 ) -> Check:
     """Compare the ends of periods with those of the trajectory."""
     scales = trajectory.model.state_scales()
-    size = max(1.0, float(np.abs(trajectory.strobe / scales).max()))
-    apart = wrap_angles(ends - trajectory.strobe[chosen + 1], trajectory.model.angle_periods)
+    size = max(1.0, float(np.abs(trajectory.states / scales).max()))
+    apart = wrap_angles(ends - trajectory.states[chosen + 1], trajectory.model.angle_periods)
     difference = np.abs(apart / scales).max(initial=0.0) / size
     difference = float(difference) if np.isfinite(difference) else np.inf
     each = "forcing period" if trajectory.model.forced else "interval"
@@ -107,7 +107,7 @@ def repeated(
 
 def _smallest(trajectory: Trajectory) -> list[Check]:
     """Integrate again where least is left of what nothing feeds, and compare relative to it."""
-    scaled = np.abs(trajectory.strobe[:-1] / trajectory.model.state_scales())
+    scaled = np.abs(trajectory.states[:-1] / trajectory.model.state_scales())
     if not ((scaled > 0) & (scaled < CHECKS.coarse)).any():
         return []
     checks = list[Check]()
@@ -116,8 +116,8 @@ def _smallest(trajectory: Trajectory) -> list[Check]:
         place = int(np.where(left > 0, left, np.inf).argmin())
         if not 0 < left[place] < CHECKS.coarse:
             continue
-        end = _ends(trajectory, trajectory.strobe[place][None], 1)[0, group]
-        right = trajectory.strobe[place + 1, group]
+        end = _ends(trajectory, trajectory.states[place][None], 1)[0, group]
+        right = trajectory.states[place + 1, group]
         difference = float(np.abs(end - right).max() / np.abs(right).max())
         names = " and ".join(trajectory.model.states[i].name for i in group)
         name = (
@@ -157,10 +157,10 @@ def _retraced(trajectory: Trajectory) -> list[Check]:
             break
         one = SampledSolution(
             np.array([0.0, 1.0]),
-            trajectory.strobe[place : place + 2],
+            trajectory.states[place : place + 2],
             constants,
             CHECKS.pieces,
-            turns=trajectory.model.angle_periods,
+            angle_periods=trajectory.model.angle_periods,
         )
         result = retrace(flow, scales, one)
         tried += result.tried
@@ -175,7 +175,7 @@ def _perturbed(trajectory: Trajectory) -> NDArray[np.bool_]:
     """Whether a period may end with a push off an unstable equilibrium, which no equation makes."""
     if trajectory.model.forced:
         return np.zeros(trajectory.periods, dtype=bool)
-    moved = np.abs(np.diff(trajectory.strobe, axis=0) / trajectory.model.state_scales()).max(axis=1)
+    moved = np.abs(np.diff(trajectory.states, axis=0) / trajectory.model.state_scales()).max(axis=1)
     return np.asarray(
         (moved < 2 * EQUILIBRIUM.perturbation) & (moved > EQUILIBRIUM.perturbation / 10)
     )
@@ -189,11 +189,11 @@ def _short(trajectory: Trajectory) -> bool:
 
 def _hybrid_again(trajectory: Trajectory) -> Check:
     assert trajectory.sticking is not None
-    system = hybrid_system(trajectory.model, trajectory.strobe[0])
+    system = hybrid_system(trajectory.model, trajectory.states[0])
     count = -(-trajectory.periods // CHECKS.one_in)
     chosen = np.unique(np.linspace(0, trajectory.periods - 1, count).astype(int))
     ends = [
-        integrated_again(system, trajectory.sticking.mode(i), trajectory.strobe[i], 1.0)[0]
+        integrated_again(system, trajectory.sticking.mode(i), trajectory.states[i], 1.0)[0]
         for i in chosen
     ]
     return repeated(trajectory, chosen, np.array(ends), "other steps")
@@ -203,7 +203,7 @@ def _compared_with_equations(trajectory: Trajectory) -> Iterable[Check]:
     """Compare the last period, the first and some between with equations and friction."""
     assert trajectory.sticking is not None
     for place in spread(trajectory.periods)[: -(-trajectory.periods // CHECKS.compared_one_in)]:
-        state, mode = trajectory.strobe[place], trajectory.sticking.mode(place)
+        state, mode = trajectory.states[place], trajectory.sticking.mode(place)
         system = hybrid_system(trajectory.model, state)
         drift, forces = compare_phases(
             system, dense_phases(trajectory.model, state, mode, 1.0), state
@@ -240,7 +240,7 @@ def sensitivity(trajectory: Trajectory) -> str:
 def _growth(trajectory: Trajectory, places: NDArray[np.intp], length: int) -> Array:
     """Return the exponents, per period, with which disturbances grow along segments."""
     flow = flow_of(trajectory.model)
-    along = trajectory.strobe[places[:, None] + np.arange(length + 1)]
+    along = trajectory.states[places[:, None] + np.arange(length + 1)]
     sizes = state_sizes(trajectory.model, along)
     signs = np.resize([1.0, -1.0, 1.0], along.shape[2])
     phases = np.tile(np.arange(length + 1.0), (len(places), 1))

@@ -156,7 +156,7 @@ export class Pins {
 }
 
 /** Ends of branches that need no word: the end of the span, and where another branch is met. */
-const EXPECTED = new Set(["span", "closed", "born"]);
+const EXPECTED = new Set(["span", "closed", "bifurcation"]);
 
 const SHAPES = {
   circle: "M4 0A4 4 0 1 1-4 0A4 4 0 1 1 4 0Z",

@@ -8,7 +8,7 @@ import {
   CONFIG, covers, fits, frame, labelPlaces, layout, mapping, padded, roundStep, stepped,
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
-import { readingTraces, readingValues } from "./readings.js";
+import { measurementTraces, measurementValues } from "./measurements.js";
 import { LIGHT, colors, themeChanged } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 
@@ -34,7 +34,7 @@ export class DiagramPlot {
   #waiting = element("p", { class: "waiting" }, this.#words, this.#progress);
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
-  #readings;
+  #measurements;
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
@@ -45,15 +45,15 @@ export class DiagramPlot {
   #painted = 0;
   #pressed = null;
 
-  constructor(session, readings) {
+  constructor(session, measurements) {
     this.#session = session;
-    this.#readings = readings;
+    this.#measurements = measurements;
     this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting, this.#draft);
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
-    readings.changed.subscribe(() => this.#schedule());
+    measurements.changed.subscribe(() => this.#schedule());
     session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
@@ -148,7 +148,7 @@ export class DiagramPlot {
     return [
       ...pinned, ...this.#simulatedTraces(color),
       ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
-      ...readingTraces(this.#measured(diagram), factors(diagram), color("readings")),
+      ...measurementTraces(this.#measured(diagram), factors(diagram), color("measurements")),
     ];
   }
 
@@ -173,7 +173,7 @@ export class DiagramPlot {
 
   /** What was measured of what a diagram shows. */
   #measured({ x, y }) {
-    return this.#readings.of({ vary: x.name, show: y.name, statistic: y.statistic });
+    return this.#measurements.of({ vary: x.name, show: y.name, statistic: y.statistic });
   }
 
   #positions(diagram) {
@@ -205,7 +205,7 @@ export class DiagramPlot {
       for (const branch of answer.branches) yield* branch.y;
     }
     yield* this.#simulated?.y ?? [];
-    yield* readingValues(this.#measured(diagram), this.#session.view.span);
+    yield* measurementValues(this.#measured(diagram), this.#session.view.span);
   }
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */

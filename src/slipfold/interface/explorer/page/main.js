@@ -10,7 +10,7 @@ import { OrbitPanel } from "./orbit.js";
 import { ParameterPanel } from "./parameters.js";
 import { PlaneControls, PlaneSwitch, Regimes } from "./plane_panel.js";
 import { PlanePlot } from "./plane_plot.js";
-import { Readings, ReadingsControl } from "./readings.js";
+import { Measurements, MeasurementsControl } from "./measurements.js";
 import { Refusals, Session } from "./session.js";
 import { Simulation, SimulationPanel } from "./simulation.js";
 import { Study, StudyPanel } from "./study.js";
@@ -56,8 +56,8 @@ function build(models, study) {
   const dialog = new TextDialog();
   const announcer = new Announcer(session);
   const say = (sentence) => notices.say(sentence);
-  const readings = new Readings(session);
-  const diagram = new DiagramPlot(session, readings);
+  const measurements = new Measurements(session);
+  const diagram = new DiagramPlot(session, measurements);
   const orbits = new OrbitPanel(session);
   const regimes = new Regimes(session);
   const plane = new PlanePlot(session, regimes);
@@ -69,7 +69,7 @@ function build(models, study) {
     diagram: new ExportMenu("diagram", {
       request: () => session.diagram && diagramRequest(session.view),
       picture: (format) => plotted(diagram, format),
-      readings: () => (readings.of(session.view) ? readings.file.name : null),
+      measurements: () => (measurements.of(session.view) ? measurements.file.name : null),
     }, page),
     plane: new ExportMenu("plane", {
       request: () => session.view.plane && planeRequest(session.view),
@@ -85,7 +85,7 @@ function build(models, study) {
     }, page),
   };
   const diagramControls = new DiagramControls(session);
-  diagramControls.node.append(new ReadingsControl(session, readings).node);
+  diagramControls.node.append(new MeasurementsControl(session, measurements).node);
   const planeControls = new PlaneControls(session);
   const planeSwitch = new PlaneSwitch(session);
   const panels = {

@@ -90,7 +90,7 @@ function phasePortrait() {
         x: { label: axisTitle(quantity(a)) },
         y: { label: axisTitle(quantity(b)) },
         lines: [{ x, y, tint: "tint-1" }],
-        dots: strobes(answer).map((i) => ({ x: x[i], y: y[i], tint: "strobe" })),
+        dots: stroboscopic(answer).map((i) => ({ x: x[i], y: y[i], tint: "stroboscopic" })),
       });
     },
     point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, pair(answer), phase)] }),
@@ -108,7 +108,7 @@ function path() {
         x: { label: axisTitle(quantity("x")) },
         y: { label: axisTitle(quantity("y")) },
         lines: [{ x, y, tint: "tint-1" }],
-        dots: strobes(answer).map((i) => ({ x: x[i], y: y[i], tint: "strobe" })),
+        dots: stroboscopic(answer).map((i) => ({ x: x[i], y: y[i], tint: "stroboscopic" })),
       });
     },
     point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, ["x", "y"], phase)] }),
@@ -219,7 +219,7 @@ function positions({ states }) {
 }
 
 /** The samples at phase zero of each forcing period. */
-function strobes({ t, period }) {
+function stroboscopic({ t, period }) {
   const each = (t.length - 1) / period;
   return Number.isInteger(each) ? Array.from({ length: period }, (_, i) => i * each) : [0];
 }

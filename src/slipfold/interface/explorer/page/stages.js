@@ -290,7 +290,7 @@ export class PhaseAnimation {
       x: { label: axisTitle(quantity(a)) },
       y: { label: axisTitle(quantity(b)) },
       lines: [{ x: this.#pair[0], y: this.#pair[1], tint: "faint" }],
-      dots: [{ x: this.#pair[0][0], y: this.#pair[1][0], tint: "strobe" }],
+      dots: [{ x: this.#pair[0][0], y: this.#pair[1][0], tint: "stroboscopic" }],
     });
   }
 

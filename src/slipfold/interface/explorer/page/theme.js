@@ -42,6 +42,6 @@ export function colors() {
 /** Colors of figures that go into files. */
 export const LIGHT = {
   ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
-  simulation: "#00695c", readings: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
+  simulation: "#00695c", measurements: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
   "pin-4": "#6400a7", "pin-5": "#4d7a86", "pin-6": "#8a6d1b",
 };

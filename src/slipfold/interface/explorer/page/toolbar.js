@@ -30,11 +30,11 @@ export async function copy(text) {
 /**
  * Ask the server for a view in another form.
  * @param {object} view the request that made it
- * @param {string|null} [readings] name of the file whose readings are drawn on it
+ * @param {string|null} [measurements] name of the file whose measurements are drawn on it
  * @throws {Error} with the server's sentence
  */
-async function exported(view, format, readings = null) {
-  return posted("/api/export", JSON.stringify({ view: { id: 0, ...view }, format, readings }));
+async function exported(view, format, measurements = null) {
+  return posted("/api/export", JSON.stringify({ view: { id: 0, ...view }, format, measurements }));
 }
 
 /**
@@ -65,7 +65,7 @@ const TYPES = { csv: "CSV", nc: "netCDF" };
  * @property {() => object|null} [request] what made the view; null if there is nothing yet
  * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
- * @property {() => string|null} [readings] name of the file whose readings are drawn
+ * @property {() => string|null} [measurements] name of the file whose measurements are drawn
  */
 
 export class ExportMenu {
@@ -117,8 +117,8 @@ export class ExportMenu {
   }
 
   async #text(format, language) {
-    const readings = this.#source.readings?.() ?? null;
-    const text = await (await exported(this.#source.request(), format, readings)).text();
+    const measurements = this.#source.measurements?.() ?? null;
+    const text = await (await exported(this.#source.request(), format, measurements)).text();
     const isCopied = await copy(text);
     this.#dialog.show(`The ${this.#name} in ${language}`, text, isCopied);
   }

@@ -9,16 +9,16 @@ from helpers.toy_models import FLOOR
 DUFFING = sf.built_in_models()["duffing"]()
 
 
-def test_readings_jump_at_the_folds_of_the_response():
+def test_measurements_jump_at_the_folds_of_the_response():
     diagram = sf.response(DUFFING, vary="W", span=(0.8, 1.6))
     low, high = sorted(point.value for _, point in diagram.special if point.type == "LP")
     values = np.linspace(low - 0.05, high + 0.05, 9)
     seen = sf.measure(DUFFING, "W", values, ["max q"], sweep="both")
-    up, down = seen.readings[:9, 0], seen.readings[9:, 0][::-1]
+    up, down = seen.measured[:9, 0], seen.measured[9:, 0][::-1]
     inside = (values > low) & (values < high)
     assert (up[inside] > 1.5 * down[inside]).all()
     assert np.allclose(up[~inside], down[~inside], rtol=1e-8)
-    # From a branch the reading at the last value: the same orbit by other means.
+    # From a branch the measurement at the last value: the same orbit by other means.
     orbit = sf.periodic_orbit(DUFFING.replace(W=float(values[-1])))
     assert up[-1] == pytest.approx(orbit.extrema.of("q")[1][0], rel=1e-8)
 
@@ -28,9 +28,9 @@ def test_noise_has_the_deviation_asked_for_and_a_seed():
     plain = sf.measure(model, "f", [12.0, 12.2], ["max y", "min y"])
     noisy = sf.measure(model, "f", [12.0, 12.2], ["max y", "min y"], errors=[1e-3, 0.0], seed=4)
     again = sf.measure(model, "f", [12.0, 12.2], ["max y", "min y"], errors=[1e-3, 0.0], seed=4)
-    assert np.array_equal(noisy.readings, again.readings)
-    assert 0 < np.abs(noisy.readings - plain.readings)[:, 0].max() < 5e-3
-    assert np.array_equal(noisy.readings[:, 1], plain.readings[:, 1])
+    assert np.array_equal(noisy.measured, again.measured)
+    assert 0 < np.abs(noisy.measured - plain.measured)[:, 0].max() < 5e-3
+    assert np.array_equal(noisy.measured[:, 1], plain.measured[:, 1])
     assert np.array_equal(noisy.errors, [[1e-3, np.nan]] * 2, equal_nan=True)
 
 
@@ -40,7 +40,7 @@ def test_it_reads_through_stick():
     seen = sf.measure(model, "Nd", [0.3], ["max x", "min y"])
     # Stick-slip in the plane at 0.05 m/s, mu_s = 0.6: known by two methods that share no code;
     # between the samples of a motion that sticks the least may be missed by 1e-6.
-    assert seen.readings[0] == pytest.approx([0.1905840421, -0.0788106789], abs=2e-6)
+    assert seen.measured[0] == pytest.approx([0.1905840421, -0.0788106789], abs=2e-6)
 
 
 def test_interrupted_it_keeps_what_was_read():
@@ -56,7 +56,7 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
     seen = sf.measure(FLOOR, "F", [1.0, 2.0, 4.0], ["max x"], sweep="both")
     # The closed form: a linear oscillator has its floor at -1, beyond F = 3 or so.
     amplitudes = np.array([1.0, 2.0]) / np.hypot(3.0, 0.2)
-    assert seen.readings[:, 0] == pytest.approx(amplitudes, rel=1e-6)
+    assert seen.measured[:, 0] == pytest.approx(amplitudes, rel=1e-6)
     assert (seen.values.tolist(), seen.sweep) == ([1.0, 2.0], ("up", "up"))
     assert "F=4" in seen.stopped
     assert "room" in seen.stopped

@@ -15,25 +15,25 @@ TEXT = "Nd [mN],max y,error of max y,min x,sweep\n100,0.2,0.01,,up\n150,,,-0.3,d
 def read(explorer, text, model="sliding"):
     with explorer.http() as http:
         asked = {"model": model, "name": "my data.csv", "text": text}
-        return http.post("/api/readings", json=asked)
+        return http.post("/api/measurements", json=asked)
 
 
 @pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
-def test_readings_come_in_si_units_by_quantity(explorer, ending):
+def test_measurements_come_in_si_units_by_quantity(explorer, ending):
     answer = read(explorer, TEXT.replace("\n", ending)).json()
     assert answer["vary"] == "Nd"
     assert answer["values"] == pytest.approx([0.1, 0.15])
     assert answer["sweep"] == ["up", "down"]
     assert answer["quantities"] == [
-        {"show": "y", "statistic": "max", "readings": [0.2, None], "errors": [0.01, None]},
-        {"show": "x", "statistic": "min", "readings": [None, -0.3], "errors": [None, None]},
+        {"show": "y", "statistic": "max", "measurements": [0.2, None], "errors": [0.01, None]},
+        {"show": "x", "statistic": "min", "measurements": [None, -0.3], "errors": [None, None]},
     ]
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "my data.csv holds no readings; give a head such as"),
+        ("", "my data.csv holds no measurements; give a head such as"),
         (TEXT.replace("mN", "mm"), "the head 'Nd [mm]' has the unit 'mm'; write Nd [N]"),
         (TEXT.replace("0.2", "much"), "line 2 of my data.csv: 'much' under 'max y' is not a"),
         (TEXT.replace("max y", "max z"), "has no output 'z'"),
@@ -48,13 +48,13 @@ def test_what_cannot_be_read_is_one_sentence(explorer, text, words):
 
 def test_copied_python_draws_the_readings(tmp_path, monkeypatch):
     view = diagram(span=[0, 0.02], show="y")
-    asked = {"view": view, "format": "python", "readings": 'it\'s "mine".csv'}
-    (tmp_path / asked["readings"]).write_text(TEXT)
+    asked = {"view": view, "format": "python", "measurements": 'it\'s "mine".csv'}
+    (tmp_path / asked["measurements"]).write_text(TEXT)
     answering = Answering(Catalogue())
     text = answering.export(ExportRequest.model_validate(asked), lambda: None).decode()
     monkeypatch.chdir(tmp_path)
     names = {}
     exec(compile(text, "copied.py", "exec"), names)
-    own = sf.read_measurement(asked["readings"], names["model"])
-    np.testing.assert_array_equal(names["measured"].readings, own.readings)
+    own = sf.read_measurement(asked["measurements"], names["model"])
+    np.testing.assert_array_equal(names["measured"].measured, own.measured)
     assert "measured, upward" in (tmp_path / "diagram.svg").read_text()

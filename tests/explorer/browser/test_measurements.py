@@ -1,4 +1,4 @@
-"""Readings of a file lie on the diagram of what was measured, and leave with it."""
+"""Measurements of a file lie on the diagram of what was measured, and leave with it."""
 
 import pytest
 from playwright.sync_api import expect
@@ -23,7 +23,7 @@ def take(explorer):
 
     def take(text, name="rig.csv"):
         file = {"name": name, "mimeType": "text/csv", "buffer": text.encode()}
-        explorer.page.get_by_label("File of readings").set_input_files(file)
+        explorer.page.get_by_label("File of measurements").set_input_files(file)
 
     yield take
     for button in explorer.page.get_by_label("Remove rig.csv").all():
@@ -35,7 +35,7 @@ def drawn(explorer):
     return explorer.page.evaluate(DRAWN, f"{DIAGRAM} .plot-canvas")
 
 
-def test_readings_are_drawn_each_way_with_their_errors_until_they_are_removed(explorer, take):
+def test_measurements_are_drawn_each_way_with_their_errors_until_they_are_removed(explorer, take):
     assert drawn(explorer) == {}
     take(TEXT)
     expect(explorer.page.locator(".file-name")).to_have_text("rig.csv")
@@ -65,7 +65,7 @@ def test_what_cannot_be_read_is_said_and_what_was_read_before_stays(explorer, ta
     expect(alert).to_have_count(0)
 
 
-def test_readings_leave_with_the_diagram(explorer, take):
+def test_measurements_leave_with_the_diagram(explorer, take):
     take(TEXT)
     expect(explorer.page.locator(".file-name")).to_have_text("rig.csv")
     menu = explorer.page.locator("#diagram .menu")

@@ -10,15 +10,15 @@ import { inside, spanOf, withVaried } from "./view.js";
 const MOST = 64 * 1024;
 
 /**
- * @typedef {object} Measured readings of one quantity
+ * @typedef {object} Measured measurements of one quantity
  * @property {number[]} values of what was varied
- * @property {(number|null)[]} readings null where nothing was read
+ * @property {(number|null)[]} measurements null where nothing was read
  * @property {(number|null)[]} errors standard deviations; null where they are not known
  * @property {("up"|"down"|"")[]} sweep how the parameter came to each value
  */
 
-export class Readings {
-  /** Announces nothing: readings have come or gone. */
+export class Measurements {
+  /** Announces nothing: measurements have come or gone. */
   changed = new Signal();
   /** `{name, model, vary, values, sweep, quantities}`, or null. */
   file = null;
@@ -64,7 +64,7 @@ export class Readings {
     if (new Blob([body]).size > MOST) {
       throw new Error(`${file.name} is larger than ${MOST / 1024} kB; leave out lines, or draw it with slipfold plot --measured`);
     }
-    return (await posted("/api/readings", body)).json();
+    return (await posted("/api/measurements", body)).json();
   }
 
   #take(file) {
@@ -74,11 +74,11 @@ export class Readings {
   }
 
   #tell(sentence) {
-    this.#session.failed.announce({ kind: "readings", sentence });
+    this.#session.failed.announce({ kind: "measurements", sentence });
   }
 }
 
-/** How readings look by how the parameter came to their values. */
+/** How measurements look by how the parameter came to their values. */
 const WAYS = {
   up: { name: "measured, upward", symbol: "circle", size: 5 },
   down: { name: "measured, downward", symbol: "circle-open", size: 9 },
@@ -86,86 +86,86 @@ const WAYS = {
 };
 
 /**
- * Readings with their errors, a trace a direction; those going down around those going up.
+ * Measurements with their errors, a trace a direction; those going down around those going up.
  * @param {Measured|null} measured in SI units
  * @param {[number, number]} factors what its numbers are multiplied with to be shown
  */
-export function readingTraces(measured, [fx, fy], color) {
+export function measurementTraces(measured, [fx, fy], color) {
   if (!measured) return [];
-  const { values, readings, errors } = measured;
+  const { values, measurements, errors } = measured;
   return Object.entries(WAYS).map(([way, { name, symbol, size }]) => {
     const rows = rowsOf(measured).filter((i) => measured.sweep[i] === way);
     const error = { type: "data", array: rows.map((i) => errors[i] * fy), color: color, thickness: 1, width: 2 };
     return {
       type: "scatter", mode: "markers", name, hoverinfo: "skip",
-      x: rows.map((i) => values[i] * fx), y: rows.map((i) => readings[i] * fy), error_y: error,
+      x: rows.map((i) => values[i] * fx), y: rows.map((i) => measurements[i] * fy), error_y: error,
       marker: { symbol, size, color: color, line: { color: color, width: 1.2 } },
     };
   });
 }
 
 /** Ends of all error bars within a span, for the axis. */
-export function readingValues(measured, [a, b]) {
+export function measurementValues(measured, [a, b]) {
   if (!measured) return [];
-  const { values, readings, errors } = measured;
+  const { values, measurements, errors } = measured;
   return rowsOf(measured).filter((i) => values[i] >= Math.min(a, b) && values[i] <= Math.max(a, b))
-    .flatMap((i) => [readings[i] - errors[i], readings[i] + errors[i]]);
+    .flatMap((i) => [measurements[i] - errors[i], measurements[i] + errors[i]]);
 }
 
-function rowsOf({ readings }) {
-  return [...readings.keys()].filter((i) => readings[i] !== null);
+function rowsOf({ measurements }) {
+  return [...measurements.keys()].filter((i) => measurements[i] !== null);
 }
 
 const CROSS = "M4 4l8 8M12 4l-8 8";
 
-export class ReadingsControl {
+export class MeasurementsControl {
   /** The element to put on the page. */
   node;
   #session;
-  #readings;
-  #held = element("span", { class: "readings" });
+  #measurements;
+  #held = element("span", { class: "measurements" });
 
-  constructor(session, readings) {
+  constructor(session, measurements) {
     this.#session = session;
-    this.#readings = readings;
+    this.#measurements = measurements;
     const input = element("input", {
-      type: "file", accept: ".csv,.txt,text/csv", hidden: true, "aria-label": "File of readings",
+      type: "file", accept: ".csv,.txt,text/csv", hidden: true, "aria-label": "File of measurements",
       on: { change: () => this.#take(input) },
     });
     const button = element("button", {
       type: "button", class: "small-button", title: "Draw a measured response: a CSV file with units in its head",
       on: { click: () => input.click() },
-    }, "Readings…");
-    this.node = element("span", { class: "readings" }, button, input, this.#held);
-    readings.changed.subscribe(() => this.#show());
+    }, "Measurements…");
+    this.node = element("span", { class: "measurements" }, button, input, this.#held);
+    measurements.changed.subscribe(() => this.#show());
     session.store.changed.subscribe(({ live }) => live || this.#show());
   }
 
   #take(input) {
     const [file] = input.files;
-    if (file) this.#readings.read(file);
+    if (file) this.#measurements.read(file);
     input.value = ""; // the same file, changed, may be taken again
   }
 
   #show() {
-    const { file } = this.#readings;
+    const { file } = this.#measurements;
     const { view } = this.#session;
     if (file?.model !== view.model) {
       this.#held.replaceChildren();
       return;
     }
-    const isDrawn = this.#readings.of(view) !== null;
+    const isDrawn = this.#measurements.of(view) !== null;
     this.#held.replaceChildren(
       element("span", { class: "file-name", title: this.#told(file) }, file.name),
       ...(isDrawn ? this.#legend(file) : [this.#offer(file)]),
       element("button", {
         type: "button", class: "quiet close", "aria-label": `Remove ${file.name}`,
-        on: { click: () => this.#readings.remove() },
+        on: { click: () => this.#measurements.remove() },
       }, icon(CROSS)));
   }
 
   #told({ quantities, vary, values }) {
-    return `${values.length} readings of ${quantities.map((item) => this.#titled(item)).join(", ")} over ${vary}`;
+    return `${values.length} measurements of ${quantities.map((item) => this.#titled(item)).join(", ")} over ${vary}`;
   }
 
   #titled({ show, statistic }) {
@@ -179,7 +179,7 @@ export class ReadingsControl {
           svg("circle", { r: size / 2 })), way));
   }
 
-  /** What shows a reading where the diagram shows something else. */
+  /** What shows a measurement where the diagram shows something else. */
   #offer({ vary, quantities: [first], values }) {
     const go = () => {
       const { model, view, store } = this.#session;

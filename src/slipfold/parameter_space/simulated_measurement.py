@@ -42,7 +42,7 @@ def swept(
     try:
         for value in values:
             if observer is not None:
-                observer(Progress("readings", len(rows), len(values)))
+                observer(Progress("measurements", len(rows), len(values)))
             trajectory = _settled(model.replace(**{vary: value}), state)
             if trajectory.stopped is not None:
                 stopped = (
@@ -51,7 +51,7 @@ def swept(
                 break
             names = tuple(dict.fromkeys(item.output for item in quantities))
             rows.append(read_off(steady_extrema(trajectory, names), quantities)[0])
-            state = trajectory.strobe[-1]
+            state = trajectory.states[-1]
     except KeyboardInterrupt:
         if not rows:
             raise
@@ -60,14 +60,14 @@ def swept(
             f"{stopped}; nothing was measured, so begin within the limits of the model"
         )
     count = len(rows)
-    readings = np.array(rows) + noise.standard_normal((count, len(quantities))) * errors
+    measurements = np.array(rows) + noise.standard_normal((count, len(quantities))) * errors
     known = np.where(errors > 0, errors, np.nan)
     return Measurement(
         vary,
         model.parameter(vary).unit,
         np.array(values[:count], dtype=float),
         quantities,
-        readings,
+        measurements,
         np.tile(known, (count, 1)),
         tuple(ways[:count]),
         stopped,
@@ -82,5 +82,5 @@ def _settled(model: Model, state: Array) -> Trajectory:
             raise KeyboardInterrupt
         if trajectory.stopped is not None or trajectory.settlement.settled:
             break
-        state = trajectory.strobe[-1]
+        state = trajectory.states[-1]
     return trajectory

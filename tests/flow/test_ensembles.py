@@ -31,7 +31,7 @@ def test_each_has_its_own_start_and_parameters():
     assert points.states.shape == (40, 31, 4)
     for row in (0, 7, 39):
         model = OSCILLATOR.replace(**{name: float(column[row]) for name, column in values.items()})
-        alone = simulate(model, 30, starts[row]).strobe
+        alone = simulate(model, 30, starts[row]).states
         assert points.states[row] / UNITS == pytest.approx(alone / UNITS, abs=2e-9)
 
 
@@ -43,7 +43,7 @@ def test_motions_go_on_through_stick(values, sticks):
     exact = simulate(model, 20)
     points = stroboscopic_samples(model, np.zeros((2, 4)), None, 20)
     assert points.stopped == (None, None)
-    assert points.states[1] / UNITS == pytest.approx(exact.strobe / UNITS, abs=1e-8)
+    assert points.states[1] / UNITS == pytest.approx(exact.states / UNITS, abs=1e-8)
     assert bool(points.stuck[1, -1]) is sticks
 
 
@@ -73,7 +73,7 @@ def test_a_motion_that_meets_a_limit_stops_and_the_others_go_on():
     assert stops == [None, "floor", None]
     alone = simulate(FLOOR.replace(F=4.0), 8)
     assert points.stopped[1].time == pytest.approx(alone.stopped.time, rel=1e-9)
-    whole = len(alone.strobe)
+    whole = len(alone.states)
     assert np.isfinite(points.states[1, :whole]).all()
     assert np.isnan(points.states[1, whole:]).all()
     assert np.isfinite(points.states[[0, 2]]).all()
