@@ -83,6 +83,7 @@ from slipfold.models.unforced import Unforced as Unforced
 from slipfold.orbits.check import OrbitCheck as OrbitCheck
 from slipfold.orbits.extrema import Extrema as Extrema
 from slipfold.orbits.find import periodic_orbit as periodic_orbit
+from slipfold.orbits.harmonic_balance import HarmonicBalance as HarmonicBalance
 from slipfold.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from slipfold.parameter_space.distributions import Distribution as Distribution
 from slipfold.parameter_space.least_squares import Estimate as Estimate

@@ -149,6 +149,24 @@ def test_fast_modes_are_no_disagreement():
     assert np.max([check.difference for check in diagram.checked.checks]) < 1e-8
 
 
+def test_modes_too_fast_for_collocation_are_checked_by_harmonic_balance():
+    # One state decays by exp(-300,000) in a period.
+    model = sf.System(
+        name="very fast",
+        parameters={"W": {"value": 0.8, "above": 0}, "a": 0.3},
+        states={"x": "v", "v": "a*cos(W*t) - 0.1*v - x - x^3", "s": "-4e4*(s - x)"},
+        forcing={"period": "2*pi/W", "amplitude": "a"},
+    )
+    orbit = sf.periodic_orbit(model)
+    assert choice.pieces_of(orbit) == 0
+    (right,) = check_some([Candidate("orbit", orbit, resting=False)], 10).checks
+    assert (right.method, right.agrees) == ("harmonic balance", True), right
+    multipliers = orbit.multipliers * (1 + 1e-5)
+    wrong = dataclasses.replace(orbit, multipliers=multipliers)
+    (one,) = check_some([Candidate("orbit", wrong, resting=False)], 10).checks
+    assert (one.what, one.agrees) == ("multipliers", False)
+
+
 def test_whoever_interrupts_a_check_has_what_is_done(monkeypatch):
     orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
 

@@ -30,6 +30,7 @@ class CheckSettings:
     pieces: int = 24  # pieces of a forcing period at least, each compared at 12 points
     max_pieces: int = 2000  # beyond which multipliers are left alone, and a trajectory is not cut
     batch: int = 160  # pieces that are halved at once, the first ones
+    condensed: int = 300  # equations of harmonic balance, as many as a point of a stiff branch
     memory: int = 4_000_000  # numbers in the matrices that are stored at a time: 32 MB
     parts: int = 8  # of a stiff orbit, each from a node of its own
     # Work of checks, in points of a branch of period 1, as measured with 2 to 20 states: an orbit
@@ -39,6 +40,7 @@ class CheckSettings:
     piece: float = 0.0125
     equilibrium: float = 0.1
     switched: float = 1.0
+    balanced: float = 1.0
     # The same of a threshold, of one whose whole response was followed, and of a map at least
     threshold: float = 0.1
     followed: float = 6.0
@@ -76,9 +78,10 @@ class Check(OneLine):
     name
         What it is, and where, e.g. ``"PD of branch 1 at Nd = 0.0435789 N"``.
     method
-        ``"collocation"``; ``"quadrature"`` where the trajectory alone was compared with its
-        equations; ``"other steps"`` where it was integrated again, ``"implicit steps"`` where that
-        is the only way; ``"forces"`` where contact forces and events were compared with friction.
+        ``"collocation"``; ``"harmonic balance"`` where modes are too fast for that;
+        ``"quadrature"`` where the trajectory alone was compared with its equations; ``"other
+        steps"`` where it was integrated again, ``"implicit steps"`` where that is the only way;
+        ``"forces"`` where contact forces and events were compared with friction.
     difference
         Largest difference: of states in their scales or as a fraction of the largest of them, of
         durations and multipliers as a fraction.

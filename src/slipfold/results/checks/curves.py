@@ -24,6 +24,7 @@ from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import CHECKS, Check, Checked
 from slipfold.results.checks.orbit_difference import (
     Difference,
+    balanced_difference,
     orbit_difference,
     pieces_of,
     retraced_difference,
@@ -179,6 +180,10 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
                 if found.excess > 1 and found.what == "multipliers":
                     found = orbit_difference(orbit, pieces, orbit.multiplier_uncertainty)
                 return cost, named("collocation", found)
+            if not resting and not pieces and (first or left >= CHECKS.balanced):
+                balanced = balanced_difference(orbit)
+                if balanced is not None:
+                    return CHECKS.balanced, named(balanced.method, balanced)
             if first:
                 found = retraced_difference(orbit)
                 return 0.0, named(found.method, found)

@@ -216,6 +216,26 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     return Difference(retraced.drift)
 
 
+def balanced_difference(orbit: PeriodicOrbit) -> Difference | None:
+    """Return the largest difference from harmonic balance, for which fast modes are nothing.
+
+    None where it does not converge with as many harmonics as there may be.
+    """
+    if any(orbit.revolutions.values()):
+        return None
+    found = orbit.harmonic_balance(CHECKS.states, CHECKS.condensed)
+    if not found.truncation <= CHECKS.loosest:
+        return None
+    allowed, method = max(CHECKS.states, found.truncation), "harmonic balance"
+    states = Difference(max(found.states, found.duration), allowed, method)
+    multipliers = Difference(float(_finite(found.multipliers)), allowed, method, "multipliers")
+    if states.excess <= 1 < multipliers.excess:
+        size = max(1.0, float(np.abs(orbit.multipliers).max()))
+        known = float(orbit.multiplier_uncertainty.max()) / size
+        multipliers = replace(multipliers, allowed=max(allowed, min(known, CHECKS.coarse)))
+    return max(states, multipliers, key=lambda difference: difference.excess)
+
+
 def solution_of(
     orbit: PeriodicOrbit, flow: Flow, pieces: int, *, slopes: bool = False
 ) -> SampledSolution:
