@@ -11,6 +11,7 @@ from helpers.explorer_server import BASE, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import parse_request
+from slipfold.interface.explorer.settings import PageSettings
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -85,7 +86,7 @@ def ask_all(client, request):
 
 
 def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
-    monkeypatch.setattr("slipfold.interface.explorer.plain.BETWEEN", 0.0)
+    monkeypatch.setattr("slipfold.interface.explorer.plain.PAGE", PageSettings(interval=0.0))
     told = []
     request = parse_request(json.dumps(diagram(1, span=[0, 0.1])))
     Answering(Catalogue()).answer(request, told.append, lambda: None)

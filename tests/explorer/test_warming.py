@@ -4,6 +4,7 @@ from helpers.dry_friction import two_masses
 from slipfold.interface.explorer import answering
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.settings import PageSettings
 
 
 def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):
@@ -11,7 +12,7 @@ def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):
         while True:
             check()
 
-    monkeypatch.setattr(answering, "WARMING", 0.1)
+    monkeypatch.setattr(answering, "PAGE", PageSettings(warming=0.1))
     monkeypatch.setattr(Answering, "_diagram", endless)
     monkeypatch.setattr(Answering, "_draft", lambda self, request: None)
     Answering(Catalogue(two_masses(), None)).warm_up()

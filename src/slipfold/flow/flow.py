@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
@@ -43,25 +44,27 @@ from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.model import Model
 from slipfold.models.quantities import Limit
 
-MAX_TOGETHER = 24
-"""Largest number of states whose variational equations are integrated all at once.
 
-Measured on chains of masses: all at once takes 0.5 to 0.9 of the time of a few columns at a time
-with up to 16 states, as long with 20 to 30, and 1.6 times as long with 60."""
+@dataclass(frozen=True)
+class VariationSettings:
+    """How the derivatives of trajectories are compiled and integrated."""
 
-COLUMNS = 4
-"""Columns of the variational equations that are integrated at a time beyond it: with two, the
-trajectory itself is half of the work; eight gain nothing."""
+    # Maximum number of states whose variational equations are integrated all at once. On chains of
+    # masses this takes 0.5 to 0.9 of the time of a few columns at a time with up to 16 states, as
+    # long with 20 to 30, and 1.6 times as long with 60
+    together: int = 24
+    # Columns that are integrated at a time beyond it: with two, the trajectory itself is half of
+    # the work; eight gain nothing
+    columns: int = 4
+    jet_order: int = 3  # that of the normal forms of bifurcations of codimension one
+    # Normal form coefficients need eight digits, not thirteen: a third less time
+    jet_tolerance: float = 1e3 * TOLERANCE
+    # Terms of the rates up to which code is not compact: it runs in two thirds of the time, but
+    # more take ever longer to compile
+    short_rates: int = 250
 
 
-JET_ORDER = 3
-
-JET_TOLERANCE = 1e3 * TOLERANCE
-"""Normal form coefficients need eight digits, not thirteen: a third less time."""
-
-SHORT_RATES = 250
-"""Terms of the rates up to which code is not compact: it runs in two thirds of the time, but more
-take ever longer to compile."""
+VARIATIONS = VariationSettings()
 
 
 class Integrators:
@@ -88,7 +91,7 @@ class Integrators:
 
         def build() -> Any:
             system = self._system(self._places())
-            short = sum(len(rate) for _, rate in system) <= SHORT_RATES
+            short = sum(len(rate) for _, rate in system) <= VARIATIONS.short_rates
             return self._batch(system, self._known, self._places(), level=3, compact=not short)
 
         return self._own("states", build)
@@ -173,13 +176,15 @@ class Integrators:
                 terms = [s ** float(k + 1) * hy.par[first + k * n + i] for k in range(powers)]
                 moved[str(symbol)] = symbol + hy.sum(terms)
             variations = hy.var_ode_sys(self._system(moved), [s], order=order)
-            return self._batch(variations, first + powers * n + 1, moved, tolerance=JET_TOLERANCE)
+            return self._batch(
+                variations, first + powers * n + 1, moved, tolerance=VARIATIONS.jet_tolerance
+            )
 
         return self._own(f"jet of order {order} along {powers}", build)
 
     def _own(self, kind: str, build: Callable[[], Any]) -> Any:
         def stored() -> Any:
-            options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_TOLERANCE}"
+            options = f"lanes={LANES} tolerance={self._tolerance!r} jets={VARIATIONS.jet_tolerance}"
             made = f"scaled {kind} {options} level={OPTIMIZATION} {VERSION}"
             # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
             hy.llvm_state.set_diskcache_enabled(False)
@@ -327,7 +332,9 @@ class Flow(Evaluated):
             units = np.concatenate([units, units], axis=-2)
         changes = directions.swapaxes(-1, -2)
         # Columns by the start, columns along changes, and in how many groups they are integrated.
-        groups = [(n, k, 1)] if n <= MAX_TOGETHER else [(COLUMNS, 0, -(-n // COLUMNS)), (0, 1, k)]
+        few, groups = VARIATIONS.columns, [(n, k, 1)]
+        if n > VARIATIONS.together:
+            groups = [(few, 0, -(-n // few)), (0, 1, k)]
         ends, parts = states, list[Array]()
         for columns, along, repeats in groups:
             started = _started(size, n if columns else 0, columns + along, repeats)
@@ -397,7 +404,7 @@ class Flow(Evaluated):
         (m, 3, n).
         """
         curves = directions[:, None]
-        result = self._jets(states, start, end, constants, curves, beyond, 1, JET_ORDER)
+        result = self._jets(states, start, end, constants, curves, beyond, 1, VARIATIONS.jet_order)
         return np.ascontiguousarray(result[:, 1:, 0])
 
     def jet_along_curve(
@@ -420,7 +427,7 @@ class Flow(Evaluated):
         Shapes: nodes (k, n); directions (m, n); returns (m, 4, 4, n).
         """
         given = nodes[0], start, end, constants, directions[:, None], nodes[1:]
-        return self._jets(*given, JET_ORDER + 1, JET_ORDER)
+        return self._jets(*given, VARIATIONS.jet_order + 1, VARIATIONS.jet_order)
 
     def _jets(
         self,

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
@@ -19,14 +20,26 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.threads import cores, take_one_thread
 
-SCHEDULER_TIMEOUT = 10.0
-"""Seconds in which a scheduler has to answer."""
-
 LOGGERS = ("distributed", "distributed.client", "tornado.application")
 """Loggers of Dask with handlers of their own, which write tracebacks where a connection ends."""
 
-SLOTS_INTERVAL = 2.0
-"""Seconds between questions for the number of workers."""
+
+@dataclass(frozen=True)
+class TaskSettings:
+    """How cases are packed into tasks, and how long is waited for them."""
+
+    seconds: float = 0.25  # desired duration of a task: the loss when a process is killed
+    cases: int = 4096  # maximum number of cases of a task
+    growth: int = 4  # maximum factor by which tasks grow: the first cases also compile
+    estimate_cases: int = 6  # maximum number of cases tried for an estimate, spread over all
+    estimate_seconds: float = 2.0  # time after which no other case is tried
+    attempts: int = 3  # processes that may die with a case before it is given up
+    poll: float = 0.2  # seconds after which a wait starts again
+    scheduler_timeout: float = 10.0  # seconds in which a scheduler has to answer
+    slots_interval: float = 2.0  # seconds between questions for the number of workers
+
+
+TASKS = TaskSettings()
 
 
 class OpenExecutor:
@@ -150,7 +163,7 @@ def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
     connect: Any = Client
     with _unlogged():  # what goes wrong reaches the study, which says it in a sentence
         try:
-            client: Any = connect(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
+            client: Any = connect(address, timeout=TASKS.scheduler_timeout, set_as_default=False)
         except (OSError, ValueError) as error:
             raise InputError(
                 f"no scheduler answers at {address} ({error}); start one with dask scheduler, or "
@@ -213,7 +226,7 @@ class _Slots:
 
     def __call__(self) -> int:
         """Return the number; the scheduler is not asked every time."""
-        if monotonic() - self._asked > SLOTS_INTERVAL:
+        if monotonic() - self._asked > TASKS.slots_interval:
             # A scheduler that is gone cancels its tasks.
             with suppress(OSError):
                 self._count = 2 * max(1, sum(self._client.nthreads().values()))

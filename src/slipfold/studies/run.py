@@ -18,33 +18,11 @@ from numpy.typing import NDArray
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress, duration_text
-from slipfold.studies.executors import OpenExecutor
+from slipfold.studies.executors import TASKS, OpenExecutor
 from slipfold.studies.plan import Plan, total
 from slipfold.studies.store import Record, Store
 from slipfold.studies.works import CaseValues, Work
 from slipfold.version import package_version
-
-TASK_SECONDS = 0.25
-"""Desired seconds of a task: the loss when a process is killed."""
-
-MAX_TASK_CASES = 4096
-"""Cases of the largest task."""
-
-MAX_GROWTH = 4
-"""Factor by which tasks grow at most: the first cases also compile."""
-
-ESTIMATE_CASES = 6
-"""Cases tried at most, spread over all of them."""
-
-ESTIMATE_SECONDS = 2.0
-"""Seconds after which no other case is tried."""
-
-ATTEMPTS = 3
-"""Processes that may die with a case before it is given up."""
-
-
-POLL_SECONDS = 0.2
-"""Seconds after which a wait starts again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,8 +140,8 @@ class Groups:
 
     def learn(self, count: int, seconds: float) -> None:
         """Record the time of a group."""
-        wanted = int(TASK_SECONDS * count / max(seconds, 1e-9))
-        self.size = max(self._minimum, min(wanted, MAX_GROWTH * self.size, MAX_TASK_CASES))
+        wanted = int(TASKS.seconds * count / max(seconds, 1e-9))
+        self.size = max(self._minimum, min(wanted, TASKS.growth * self.size, TASKS.cases))
 
 
 @dataclass(frozen=True)
@@ -176,7 +154,7 @@ class _Group:
     def parts(self) -> list[_Group]:
         """Return the groups to try next, one at a time, to find the case that killed a process."""
         attempts, half = self.attempts + 1, len(self.numbers) // 2
-        if attempts < ATTEMPTS or not half:
+        if attempts < TASKS.attempts or not half:
             return [_Group(self.numbers, attempts)]
         return [_Group(self.numbers[:half], 1), _Group(self.numbers[half:], 1)]
 
@@ -201,7 +179,7 @@ def first_finished(
     """
     while True:
         slots()
-        finished = wait(futures, POLL_SECONDS, FIRST_COMPLETED).done
+        finished = wait(futures, TASKS.poll, FIRST_COMPLETED).done
         if finished:
             return finished
 
@@ -309,13 +287,13 @@ class _StudyRun:
 
     def _retry(self, group: _Group) -> Sequence[Record]:
         """Retry cases with which a process died; give up a single case after several attempts."""
-        if len(group.numbers) == 1 and group.attempts + 1 >= ATTEMPTS:
+        if len(group.numbers) == 1 and group.attempts + 1 >= TASKS.attempts:
             (number,) = group.numbers
             (row,) = self._plan.cases.values(np.array([number])).tolist()
             given = dict(zip(self._plan.cases.names, row, strict=True))
             reason = (
-                f"the process that computed it ended {ATTEMPTS} times without a message: killed, "
-                "perhaps for lack of memory"
+                f"the process that computed it ended {TASKS.attempts} times without a "
+                "message: killed, perhaps for lack of memory"
             )
             return [failure(number, given, reason)]
         self._alone.extend(group.parts())
@@ -350,7 +328,7 @@ def estimate(plan: Plan) -> TimeEstimate:
     started = perf_counter()
     times: list[float] = []
     failures: list[str] = []
-    chosen = np.linspace(0, count - 1, min(ESTIMATE_CASES, count)).astype(int)
+    chosen = np.linspace(0, count - 1, min(TASKS.estimate_cases, count)).astype(int)
     for number in np.unique(chosen).tolist():
         values = plan.cases.values(np.array([number]))
         names, alone = plan.cases.names, plan.work.together_from > 1
@@ -358,7 +336,7 @@ def estimate(plan: Plan) -> TimeEstimate:
         done = compute(task)
         times.append(done.seconds)
         failures += [record["failed"] for record in done.records if "failed" in record]
-        if len(times) > 1 and perf_counter() - started > ESTIMATE_SECONDS:
+        if len(times) > 1 and perf_counter() - started > TASKS.estimate_seconds:
             break
     able = type(plan.work).together is not Work.together
     batched = able and count >= max(plan.work.together_from, 2)

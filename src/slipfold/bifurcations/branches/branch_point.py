@@ -13,26 +13,26 @@ from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers
 
-STEP = 1e-4
-"""Half the distance over which first derivatives are differenced, in scaled variables: the error of
-second derivatives is 1e-8 for truncation and 1e-9 for rounding. They serve directions to start in,
-which are corrected, and converge a quadratic iteration."""
 
-ROUNDS = 8
-"""Corrections of a branch point."""
+@dataclass(frozen=True)
+class CrossingRules:
+    """Rules for branch points."""
 
-ACROSS = 1e-6
-"""Least slope at which a number counts as crossing zero, relative to the largest."""
+    # Half the distance over which first derivatives are differenced, in scaled variables: the error
+    # of second derivatives is 1e-8 for truncation and 1e-9 for rounding. They serve directions to
+    # start in, which are corrected, and converge a quadratic iteration
+    step: float = 1e-4
+    iterations: int = 8  # maximum corrections of a branch point
+    slope: float = 1e-6  # minimum slope, over the largest, of a number that crosses zero
+    elsewhere: float = 0.05  # a branch point this far from where it was located is another one
+    # Fraction of the largest component below which the parameter is constant along a direction
+    oriented: float = 1e-4
+    # Maximum remainder of the reduced equation at a branch point, in errors of the equations. Where
+    # two folds face each other the remainder is larger: a step across the gap was too long
+    remains: float = 10.0
 
-ELSEWHERE = 0.05
-"""A branch point this far from where it was located is another one, or none."""
 
-ORIENTED = 1e-4
-"""Share of the largest component below which the parameter stands still along a direction."""
-
-REMAINS = 10.0
-"""What may be left of the reduced equation at a branch point, in errors of the equations. Where two
-folds face each other more is left, and the branch turns: a step across the gap was too long."""
+CROSSING = CrossingRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +61,13 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     """
     reduced = _Reduction(curve, point.z)
     place = np.zeros(2)
-    for _ in range(ROUNDS):
+    for _ in range(CROSSING.iterations):
         slopes, hessian = reduced.slopes(place), reduced.hessian(place)
-        if not np.isfinite(hessian).all() or abs(np.linalg.det(hessian)) < ACROSS**2:
+        if not np.isfinite(hessian).all() or abs(np.linalg.det(hessian)) < CROSSING.slope**2:
             return None
         step = np.linalg.solve(hessian, -slopes)
         place = place + step
-        if np.linalg.norm(place) > ELSEWHERE:
+        if np.linalg.norm(place) > CROSSING.elsewhere:
             return None
         if np.linalg.norm(step) < NEWTON.still:
             break
@@ -78,7 +78,7 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     directions = _zero_directions(hessian)
     if directions is None:
         return None
-    if abs(solved.remainder) > REMAINS * curve.noise:
+    if abs(solved.remainder) > CROSSING.remains * curve.noise:
         raise LostCurveError("two branches come close and turn away from each other")
     tangents = [_unit(solved.moves @ direction) for direction in directions]
     alike = [float(tangent @ along) for tangent in tangents]
@@ -113,7 +113,7 @@ def _oriented(tangent: Array) -> Array:
     The parameter rises along it; where that stands still, the first large component does.
     """
     sizes = np.abs(tangent)
-    if sizes[-1] > ORIENTED * sizes.max():
+    if sizes[-1] > CROSSING.oriented * sizes.max():
         return tangent * np.sign(tangent[-1])
     return tangent * np.sign(tangent[np.flatnonzero(sizes > 0.5 * sizes.max())[0]])
 
@@ -161,9 +161,9 @@ class _Reduction:
 
     def hessian(self, place: Array) -> Array:
         """Return its second derivatives, shape (2, 2), by central differences of the first."""
-        steps = STEP * np.eye(2)
+        steps = CROSSING.step * np.eye(2)
         rows = [self.slopes(place + step) - self.slopes(place - step) for step in steps]
-        hessian = np.array(rows) / (2 * STEP)
+        hessian = np.array(rows) / (2 * CROSSING.step)
         return 0.5 * (hessian + hessian.T)
 
     def solve(self, place: Array) -> _Solved | None:
@@ -171,7 +171,7 @@ class _Reduction:
         z = self._origin + self._kernel.T @ place
         remainder, n = 0.0, len(z)
         still = False
-        for _ in range(ROUNDS):
+        for _ in range(CROSSING.iterations):
             linearization = self._curve.linearize(z)
             defect = linearization.defect + remainder * self._left
             if not np.isfinite(defect).all():

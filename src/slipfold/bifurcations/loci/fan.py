@@ -35,12 +35,26 @@ from slipfold.progress import Observer, Progress
 BranchEnd = tuple[Branch, int]
 """A branch with its first row, 0, or its last, -1."""
 
-MAX_DISTANCE = 0.05
-"""Distance in scaled variables within which the grazing point lies. A branch in slip ends at 1e-4
-of its size; where slip falls steeply the distance goes as the root of that."""
 
-SAME_HALVES = 1e-4
-"""Difference of an orbit's halves, in scaled states, below which they are one."""
+@dataclass(frozen=True)
+class FanRules:
+    """Rules for the responses from which a bifurcation set begins."""
+
+    # Distance in scaled variables within which the grazing point lies. A branch in slip ends at
+    # 1e-4 of its size; where slip falls steeply the distance goes as the root of that
+    near: float = 0.05
+    # Difference of an orbit's halves, in scaled states, below which they are one
+    same_halves: float = 1e-4
+    # How far a response is followed beyond the window, in its widths
+    beyond: float = 0.25
+    # The same where the parameter scales the forcing: a period doubling above the window may send
+    # its branch back below itself
+    beyond_quiet: float = 4.0
+    # Distance of equilibria, in sizes of the states, that are one
+    same_rest: float = 1e-6
+
+
+FAN = FanRules()
 
 
 class GrazingEnds:
@@ -132,10 +146,10 @@ def _corrected(
             return None
         curve = LocusEquations(orbits.described_by(grazing), kind)
         guess = curve.orbits.adopt(orbits, z)
-        correction = correct(curve, guess, fixed, reach=MAX_DISTANCE)
+        correction = correct(curve, guess, fixed, reach=FAN.near)
     except BREAKDOWNS:
         return None
-    if not correction.converged or correction.distance > MAX_DISTANCE:
+    if not correction.converged or correction.distance > FAN.near:
         return None
     if _repeats(curve.orbits, correction.z):
         return None
@@ -148,7 +162,7 @@ def _repeats(orbits: Orbits, z: Array) -> bool:
         return False
     nodes, whole = orbits.evenly(z), orbits.model.angle_periods
     halves = wrap_angles(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
-    return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME_HALVES
+    return float(np.abs(halves / orbits.model.state_scales()).max()) < FAN.same_halves
 
 
 def _as_point(
@@ -175,19 +189,8 @@ def _as_point(
     )
 
 
-BEYOND = 0.25
-"""How far a response is followed beyond the window, in its widths."""
-
-BEYOND_QUIET = 4.0
-"""The same where the parameter scales the forcing: a period doubling above the window may send its
-branch back below itself."""
-
-
 FRACTIONS = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
 """Places in the window, in its widths, where trajectories may settle on another equilibrium."""
-
-SAME_REST = 1e-6
-"""Distance of equilibria, in sizes of the states, that are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,7 +304,7 @@ def _is_another(
 ) -> bool:
     """Whether an equilibrium is none of those that are found from known states."""
     found = [search_equilibrium(model, near) for near in known]
-    near = SAME_REST * model.state_scales()
+    near = FAN.same_rest * model.state_scales()
     apart = [
         wrap_angles(other - state, model.angle_periods) for other in found if other is not None
     ]
@@ -328,11 +331,11 @@ def extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float,
     low, high = span
     parameter, width = model.parameter(vary), high - low
     if model.forcing_amplitude == vary:
-        return min(0.0, low), min(high + BEYOND_QUIET * width, parameter.upper)
+        return min(0.0, low), min(high + FAN.beyond_quiet * width, parameter.upper)
     # A bound itself may be excluded. Zero is one as well: what is damping, friction or mass inside
     # the window is none beyond zero, and families of cycles that fill the plane may wait there.
     lowest = max(parameter.lower, 0.0) if low >= 0 else parameter.lower
     highest = min(parameter.upper, 0.0) if high <= 0 else parameter.upper
-    lower = low - min(BEYOND * width, 0.5 * (low - lowest))
-    upper = high + min(BEYOND * width, 0.5 * (highest - high))
+    lower = low - min(FAN.beyond * width, 0.5 * (low - lowest))
+    upper = high + min(FAN.beyond * width, 0.5 * (highest - high))
     return lower, upper

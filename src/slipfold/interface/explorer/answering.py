@@ -29,6 +29,7 @@ from slipfold.interface.explorer.messages import (
 )
 from slipfold.interface.explorer.pictures import send_basins, send_regimes
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import (
     orbit_view,
     send_exponents,
@@ -45,12 +46,6 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.orbit import SavedOrbit
 from slipfold.results.records import provenance
 from slipfold.results.result import Result
-
-MAX_DIAGRAMS = 16
-"""Diagrams stored, each below a megabyte."""
-
-WARMING = 5.0
-"""Seconds after which the first diagram is not waited for."""
 
 
 class _Warm(Exception):
@@ -73,7 +68,7 @@ class Answering:
         started = perf_counter()
 
         def check() -> None:
-            if perf_counter() - started > WARMING:
+            if perf_counter() - started > PAGE.warming:
                 raise _Warm
 
         described = self._catalogue.describe()[0]
@@ -173,9 +168,9 @@ class Answering:
             self._diagrams[key] = response(model, request.vary, request.span, on_progress=watch)
         self._nearest[_family(model, request)] = self._diagrams[key]
         self._diagrams.move_to_end(key)
-        while len(self._diagrams) > MAX_DIAGRAMS:
+        while len(self._diagrams) > PAGE.diagrams:
             self._diagrams.popitem(last=False)
-        while len(self._nearest) > MAX_DIAGRAMS:
+        while len(self._nearest) > PAGE.diagrams:
             del self._nearest[next(iter(self._nearest))]
         return self._diagrams[key]
 

@@ -13,16 +13,14 @@ from typing import Any
 
 from slipfold.errors import InputError, suggest
 from slipfold.flow.modes import contacts_of
-from slipfold.interface.explorer.messages import MAX_NAME, UNNAMED, ViewRequest
+from slipfold.interface.explorer.messages import UNNAMED, ViewRequest
 from slipfold.interface.explorer.plain import axis_of
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import built_in_models
 from slipfold.models.units import units_of, wanted_text
-
-MARGIN = 1e-3
-"""Distance of a slider from a bound that is excluded, over the value."""
 
 
 class Catalogue:
@@ -112,7 +110,7 @@ def _refused(attempt: Callable[..., object], *values: float, **named: float) -> 
 
 def _key(name: str) -> str:
     """Return a name that requests may have, whatever a file calls its model."""
-    return re.sub(f"[{UNNAMED}]", "_", name)[:MAX_NAME] or "model"
+    return re.sub(f"[{UNNAMED}]", "_", name)[: PAGE.name_length] or "model"
 
 
 def _described(name: str, model: Model) -> dict[str, Any]:
@@ -150,7 +148,7 @@ def _span(model: Model, vary: str) -> list[float]:
     value = model.values[vary]
     low, high = _around(model.variable_parameter(vary), value)
     if _followed(model) and not _followed(model.replace(**{vary: low})):
-        low += MARGIN * (abs(value) or 1.0)
+        low += PAGE.margin * (abs(value) or 1.0)
     return [low, high]
 
 
@@ -182,7 +180,7 @@ def _around(item: Parameter, value: float) -> tuple[float, float]:
     """Ends of a slider: around the value, within the bounds of what is allowed."""
     size = abs(value) or 1.0
     low, high = (-math.pi, math.pi) if item.unit == "rad" else (value - size, value + size)
-    margin = MARGIN * min(size, item.upper - item.lower)
+    margin = PAGE.margin * min(size, item.upper - item.lower)
     low = max(low, item.lower + margin if item.lower_open else item.lower)
     high = min(high, item.upper - margin if item.upper_open else item.upper)
     return low, high

@@ -14,7 +14,8 @@ from slipfold.bifurcations.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.bifurcations.loci.region_map import RegionMap
 from slipfold.bifurcations.loci.window import LocusLine
 from slipfold.errors import InputError
-from slipfold.interface.explorer.plain import BETWEEN, DRAWN, Emit, axis_of, number, short
+from slipfold.interface.explorer.plain import Emit, axis_of, number, short
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.parameter_space.measurement import Measurement
@@ -203,7 +204,7 @@ class PlaneProgress:
         """Take a note of the computation."""
         self._grow(progress)
         followed = progress.values.get("loci")
-        if perf_counter() - self._sent < BETWEEN and not followed:
+        if perf_counter() - self._sent < PAGE.interval and not followed:
             return
         self._sent = perf_counter()
         total = "" if progress.total is None else f" of {progress.total}"
@@ -252,9 +253,9 @@ def study_view(result: StudyResult, name: str) -> dict[str, Any]:
 
     Raises `InputError` if it is too large to be shown.
     """
-    if len(result) > DRAWN:
+    if len(result) > PAGE.points:
         raise InputError(
-            f"the study has {len(result)} cases and the page shows {DRAWN} at most; open a "
+            f"the study has {len(result)} cases and the page shows {PAGE.points} at most; open a "
             "smaller one, or draw it with slipfold plot"
         )
     model, cases = result.model, result.cases

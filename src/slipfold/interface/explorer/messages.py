@@ -16,35 +16,30 @@ from pydantic import (
     model_validator,
 )
 
-MAX_NUMBER = 1e100
-"""Largest modulus of a number from a client: its cube is still one. Models know narrower bounds."""
-
-MAX_NAMES = 1000
-"""Maximum number of parameters or states of a request; a chain of fifty masses has hundreds."""
-
-MAX_NAME = 200
-"""Maximum number of characters of the name of a model, a parameter, a state or an output."""
+from slipfold.interface.explorer.settings import PAGE
 
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 """Characters, as in a class of a regular expression, that no model's name in a request has."""
 
-Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+_Text = Annotated[str, Field(min_length=1, max_length=PAGE.name_length)]
+
+Name = Annotated[_Text, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 """A parameter, state or output."""
 
-ModelName = Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=f"^[^{UNNAMED}]+$")]
+ModelName = Annotated[_Text, Field(pattern=f"^[^{UNNAMED}]+$")]
 """A model of the catalogue, called as its file says; it is looked up there and nowhere else."""
 
 FileName = Annotated[str, Field(min_length=1, max_length=255, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
 """A file of the reader's; it is called so in sentences and scripts, and opened nowhere."""
 
-Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER, allow_inf_nan=False, strict=True)]
+Number = Annotated[float, Field(ge=-PAGE.number, le=PAGE.number, allow_inf_nan=False, strict=True)]
 
 SLOT = r"^(live|pin:[0-9]{1,3})$"
 
 Slot = Annotated[str, Field(pattern=SLOT)]
 """Where the page shows an answer; the newest request of each kind and slot wins."""
 
-Values = Annotated[dict[Name, Number], Field(max_length=MAX_NAMES)]
+Values = Annotated[dict[Name, Number], Field(max_length=PAGE.names)]
 
 
 class _Message(BaseModel):

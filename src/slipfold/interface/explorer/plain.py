@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipfold.errors import unknown
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, State
 from slipfold.progress import Observer, Progress
@@ -108,10 +109,6 @@ def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
     }
 
 
-DIGITS = 7
-"""Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six."""
-
-
 def short(values: ArrayLike) -> list[float]:
     """Round an array for drawing, relative to its largest value.
 
@@ -124,7 +121,7 @@ def short(values: ArrayLike) -> list[float]:
     largest = float(np.abs(array).max(initial=0.0))
     if largest == 0.0:
         return [0.0] * len(array)
-    decimals = DIGITS - 1 - math.floor(math.log10(largest))
+    decimals = PAGE.digits - 1 - math.floor(math.log10(largest))
     decimals = min(decimals, sys.float_info.max_10_exp)  # of more, rounding would overflow
     rounded: list[float] = (np.round(array, decimals) + 0.0).tolist()
     return rounded
@@ -139,13 +136,6 @@ def number(value: float | None) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-DRAWN = 20_000
-"""Points that a browser draws and searches without delay."""
-
-BETWEEN = 0.1
-"""Minimum time between two notes of progress, in s."""
-
-
 def now_and_then(
     send: Emit,
     check: Check,
@@ -157,7 +147,7 @@ def now_and_then(
     def watch(progress: Progress) -> None:
         nonlocal sent
         check()
-        if perf_counter() - sent >= BETWEEN:
+        if perf_counter() - sent >= PAGE.interval:
             sent = perf_counter()
             send({**note(progress), "done": False})
 

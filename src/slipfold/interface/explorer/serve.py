@@ -17,18 +17,16 @@ from slipfold.interface.explorer.app import make_app
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.curves import study_view
 from slipfold.interface.explorer.security import LOCAL, Access, ServerLimits
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.workers import Workers
 from slipfold.models.model import Model
 from slipfold.results.study import StudyResult
 from slipfold.threads import take_one_thread
 
-MAX_WORKERS = 4
-"""Maximum number of processes by default."""
-
 
 def default_workers() -> int:
     """Return the number of worker processes: one a core, and two at least."""
-    return min(max(os.cpu_count() or 1, 2), MAX_WORKERS)
+    return min(max(os.cpu_count() or 1, 2), PAGE.workers)
 
 
 def serve(

@@ -24,7 +24,8 @@ from slipfold.interface.explorer.messages import (
     SimulationRequest,
     TrajectoryRequest,
 )
-from slipfold.interface.explorer.plain import DRAWN, Check, Emit, now_and_then, number, short
+from slipfold.interface.explorer.plain import Check, Emit, now_and_then, number, short
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.angles import REVOLUTION
@@ -52,21 +53,11 @@ def timed(model: Model, request: TrajectoryRequest) -> Model:
     return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
 
 
-SAMPLES = 64
-"""Samples a forcing period for spectra and extrema; four times as many make smooth curves."""
-
-MAX_SAMPLES = 4096
-"""Maximum number of samples of one orbit."""
-
-ORDERS = 8
-"""Highest frequency contacts, in forcing frequencies."""
-
-
 def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
     model = orbit.model
     flow = flow_of(model)
-    time, states = orbit.sample(min(4 * SAMPLES * orbit.period, MAX_SAMPLES))
+    time, states = orbit.sample(min(4 * PAGE.samples * orbit.period, PAGE.max_samples))
     time = np.append(time, orbit.duration)
     turned = [REVOLUTION * orbit.revolutions.get(state.name, 0) for state in model.states]
     states = np.concatenate([states, states[:1] + turned])
@@ -105,16 +96,13 @@ def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
 
 
 def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
-    spectrum = find_spectrum(orbit, per_period=SAMPLES)
-    contacts = spectrum.order <= ORDERS
+    spectrum = find_spectrum(orbit, per_period=PAGE.samples)
+    contacts = spectrum.order <= PAGE.orders
     return {
         "frequency": short(spectrum.frequency[contacts]),
         "amplitude": {name: short(spectrum.of(name)[contacts]) for name in spectrum.names},
     }
 
-
-PERIODS = 16
-"""Periods in a piece."""
 
 TOLERANCE = default_of(simulate, "tolerance")
 
@@ -134,8 +122,8 @@ def stream_simulation(
         observer=lambda progress: check(),
     )
     every = _step_between_samples(request.periods)
-    for first in range(0, result.periods, PERIODS):
-        emit(_piece(result, first, min(first + PERIODS, result.periods), every))
+    for first in range(0, result.periods, PAGE.piece):
+        emit(_piece(result, first, min(first + PAGE.piece, result.periods), every))
     emit({**NOTHING, "done": True, **_classification(result), "contacts": contacts_view(result)})
 
 
@@ -144,15 +132,15 @@ NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
 
 def _step_between_samples(periods: int) -> int:
     """Return how many samples make one drawn instant; a divisor of the samples a period."""
-    samples = max(DRAWN / periods, 4)
-    return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= samples or step == 16)
+    samples = max(PAGE.points / periods, 4)
+    return next(step for step in (1, 2, 4, 8, 16) if PAGE.samples / step <= samples or step == 16)
 
 
 def _piece(trajectory: Trajectory, first: int, last: int, every: int) -> dict[str, Any]:
     """Return the periods from one to another as a piece."""
     model, flow = trajectory.model, flow_of(trajectory.model)
-    time, samples = trajectory.sampled(first, last, SAMPLES)
-    values = samples.outputs().reshape(last - first, SAMPLES, -1)  # states first
+    time, samples = trajectory.sampled(first, last, PAGE.samples)
+    values = samples.outputs().reshape(last - first, PAGE.samples, -1)  # states first
     drawn = values[:, ::every].reshape(-1, values.shape[2])
     return {
         "t": short(time[::every]),
@@ -195,13 +183,13 @@ def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
     if not contacts_of(trajectory.model) or trajectory.periods == 0:
         return None
     try:
-        contacts = find_contacts(trajectory, per_period=2 * SAMPLES)
+        contacts = find_contacts(trajectory, per_period=2 * PAGE.samples)
     except InputError:
         return None
     model, flow = contacts.model, flow_of(trajectory.model)
     length = contacts.contacts[0].end
     count = max(round(length), 1)
-    each = min(4 * SAMPLES, MAX_SAMPLES // count)
+    each = min(4 * PAGE.samples, PAGE.max_samples // count)
     values = trajectory.steady_outputs(count, each)
     last = values[:1] if contacts.repeats else values[-1:]
     values = np.concatenate([values, last])
@@ -263,10 +251,6 @@ def _times(count: int) -> str:
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
-EXPONENT_TOLERANCE = 1e-6
-"""Error of exponents at which a computation ends: more digits than the page shows."""
-
-
 def send_exponents(
     model: Model,
     request: ExponentsRequest,
@@ -282,7 +266,7 @@ def send_exponents(
 
     watch = now_and_then(send, check, note)
     start = start_of(model, request)
-    result = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, on_progress=watch)
+    result = lyapunov(model, state=start, tolerance=PAGE.exponent_tolerance, on_progress=watch)
     classification = result.classification
     send(
         {

@@ -22,13 +22,11 @@ from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
 from slipfold.interface.explorer.security import ServerLimits
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.model import Model
 
 READY = 0
 """Number of the reply that says that the worker is ready."""
-
-DATA_BYTES = 2 * 2**30
-"""Maximum data memory of a worker in bytes: a larger request fails, not the machine."""
 
 
 class WorkerTask(NamedTuple):
@@ -134,15 +132,11 @@ def _bound_memory() -> None:
     import resource
 
     hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    bound = DATA_BYTES if hard == resource.RLIM_INFINITY else min(hard, DATA_BYTES)
+    bound = PAGE.worker_bytes if hard == resource.RLIM_INFINITY else min(hard, PAGE.worker_bytes)
     resource.setrlimit(resource.RLIMIT_DATA, (bound, hard))
 
 
 # -- the server's side --------------------------------------------------------------------------
-
-
-OVERTAKEN = 40
-"""Later jobs that may go before one of the next rank, so that no job waits forever."""
 
 
 class Failing(Protocol):
@@ -175,11 +169,7 @@ class Job:
     def order(self) -> int:
         """Position in the queue: quick answers first."""
         pinned = isinstance(self.request, DiagramRequest) and self.request.slot != "live"
-        return self.position + OVERTAKEN * (self.request.rank + pinned)
-
-
-GRACE = 2.0
-"""Seconds that a worker has to drop what has taken too long, before it is ended."""
+        return self.position + PAGE.overtaken * (self.request.rank + pinned)
 
 
 @dataclass(eq=False)
@@ -248,7 +238,7 @@ class WorkerProcess:
 
     def end(self) -> None:
         """Wait until it has ended; end it if it does not."""
-        self.process.join(GRACE)
+        self.process.join(PAGE.grace)
         if self.process.is_alive():
             self.process.kill()
             self.process.join()
@@ -377,7 +367,7 @@ class Workers:
             )
         worker.drop()
         loop = asyncio.get_running_loop()
-        loop.call_later(GRACE, lambda: worker.kill() if worker.job is job else None)
+        loop.call_later(PAGE.grace, lambda: worker.kill() if worker.job is job else None)
 
     # -- what workers say ----------------------------------------------------------------------
 

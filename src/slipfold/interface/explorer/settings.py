@@ -1,0 +1,39 @@
+"""Limits of the page and of the processes that compute for it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PageSettings:
+    """What a request may hold, what an answer holds, and how long workers may take."""
+
+    # Largest modulus of a number from a client: its cube is still a number. Models know narrower
+    # bounds
+    number: float = 1e100
+    # Maximum number of parameters or states of a request; a chain of fifty masses has hundreds
+    names: int = 1000
+    name_length: int = 200  # maximum number of characters of a name
+    margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value
+    diagrams: int = 16  # diagrams stored, each below a megabyte
+    # Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six
+    digits: int = 7
+    points: int = 20_000  # points that a browser draws and searches without delay
+    interval: float = 0.1  # minimum time between two notes of progress, in s
+    # Samples a forcing period for spectra and extrema; four times as many make smooth curves
+    samples: int = 64
+    max_samples: int = 4096  # maximum number of samples of one orbit
+    orders: int = 8  # highest frequency shown, in forcing frequencies
+    piece: int = 16  # periods of a simulation that are sent together
+    # Error of exponents at which a computation ends: more digits than the page shows
+    exponent_tolerance: float = 1e-6
+    workers: int = 4  # maximum number of processes by default
+    # Maximum data memory of a worker in bytes: a larger request fails, not the machine
+    worker_bytes: int = 2 * 2**30
+    warming: float = 5.0  # seconds after which the first diagram is not waited for
+    # Later jobs that may go before one of the next rank, so that no job waits forever
+    overtaken: int = 40
+    # Seconds that a worker has to drop what has taken too long, before it is ended
+    grace: float = 2.0
+
+
+PAGE = PageSettings()
