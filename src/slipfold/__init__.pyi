@@ -70,6 +70,7 @@ from slipfold.models.structures.forcing import TabulatedForce as TabulatedForce
 from slipfold.models.structures.matrices import ModalDamping as ModalDamping
 from slipfold.models.structures.matrices import ProportionalDamping as ProportionalDamping
 from slipfold.models.structures.reduction import CraigBampton as CraigBampton
+from slipfold.models.structures.reduction import FreeInterface as FreeInterface
 from slipfold.models.structures.reduction import ModalReduction as ModalReduction
 from slipfold.models.structures.reduction import ReductionReport as ReductionReport
 from slipfold.models.structures.springs import CubicSpring as CubicSpring

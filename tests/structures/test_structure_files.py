@@ -175,7 +175,7 @@ def test_matrices_lie_beside_the_file(kind, file):
         ("[[forcing]]", "[forcing]", "line 30, column 1: forcing is a table; give an array of tab"),
         # The rest.
         ("u = { root", "u = { roo", "line 36, column 5: the structure has no degree of freedom"),
-        ("u = { root = 1 }", 'tip = "root"', "tip is a state and an output"),
+        ("u = { root = 1 }", 'tip = "root"', "two outputs are called tip"),
         ("u = { root = 1 }", "u = 3", "line 36, column 5: a displacement u acts at 3"),
         ('f = "1.5 Hz"', "f = -1", "line 38, column 5: f = -1 is outside its bounds"),
         ('f = "1.5 Hz"', "F = 1", "line 38, column 5: frame has no parameter 'F'; did you"),

@@ -31,7 +31,8 @@ from slipfold.models.structures.component import (
 from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.matrices import MATRICES, Damping, lowest_modes
-from slipfold.models.structures.reduction import Reduced
+from slipfold.models.structures.receptance import FullStructure
+from slipfold.models.structures.reduction import Reduced, ReductionReport
 
 MAX_DEGREES = 200
 """Maximum degrees of freedom of a model; larger flows take minutes to compile and to run."""
@@ -63,15 +64,15 @@ class Assembly:
         self.definition = definition
         self.length = definition.length_scale
         self.reduced = self._reduce()
-        self.names, self.size = self.reduced.names, len(self.reduced.names)
-        self.mass, self.stiffness = self.reduced.mass, self.reduced.stiffness
+        self._retain()
+        self.size = len(self.names)
         # Parts of the damping matrix, each with the parameter that multiplies it
         self.damping = self._damping_terms()
         self.placed = tuple(
             Placed(component, f"{position}_", self._rows(component))
             for position, component in enumerate(definition.components)
         )
-        self.watched = tuple((name, self._row(item)) for name, item in definition.watch)
+        self.watched = tuple((name, self._row(item)) for name, item in self._watched_directions())
         self.symmetric = definition.K.asymmetry[0] < MATRICES.asymmetry
         # Names of the parameters that switch off what is periodic in time
         self.amplitudes = tuple(
@@ -85,18 +86,54 @@ class Assembly:
 
     # -- matrices ------------------------------------------------------------------------------
 
-    def _reduce(self) -> Reduced:
-        """Return the structure in the retained coordinates: all if it is not reduced."""
+    def _reduce(self) -> Reduced | None:
+        """Return the structure in few modal coordinates; None if it keeps all its own."""
         item = self.definition
-        reduced = item.reduction and item.reduction._apply(item.M, item.K, item.names)
-        size = len(reduced.names) if reduced else item.M.size
-        if size > MAX_DEGREES:
+        if item.reduction is None:
+            return None
+        acting = [
+            self._vector(direction, one.inertial)
+            for one in item.components
+            for direction in one._directions
+        ]
+        watched = [self._vector(direction) for _, direction in self._watched_directions()]
+        columns = (np.array(rows).reshape(len(rows), item.M.size).T for rows in (acting, watched))
+        full = FullStructure(item.M.array(), item.K.array(), *columns)
+        return item.reduction._apply(full, item.names)
+
+    def _retain(self) -> None:
+        """Take over names, matrices and basis of the retained coordinates."""
+        item, reduced = self.definition, self.reduced
+        self.names = reduced.names if reduced else item.names
+        if len(self.names) > MAX_DEGREES:
             raise InputError(
-                f"the structure has {size} degrees of freedom; orbits of more than "
-                f"{MAX_DEGREES} take minutes each, so give reduction=CraigBampton(boundary, "
-                "modes=10) or ModalReduction(modes=20)"
+                f"the structure has {len(self.names)} degrees of freedom; orbits of more than "
+                f"{MAX_DEGREES} take minutes each, so give reduction=FreeInterface(up_to=f, "
+                "accuracy=1e-3) with the highest frequency f in Hz that matters, or fewer modes"
             )
-        return reduced or Reduced(item.names, np.eye(size), item.M.dense(), item.K.dense())
+        if reduced is None:
+            self.basis, self.mass, self.stiffness = (
+                np.eye(item.M.size),
+                item.M.dense(),
+                item.K.dense(),
+            )
+            return
+        few = reduced.coordinates
+        self.basis = few.shapes
+        self.mass, self.stiffness = np.diag(few.masses), np.diag(few.masses * few.squares)
+
+    @cached_property
+    def report(self) -> ReductionReport | None:
+        """What the reduction changes; None without one."""
+        return None if self.reduced is None else self.reduced.report()
+
+    def _watched_directions(self) -> tuple[tuple[str, Direction], ...]:
+        """Return watched displacements, and those of a boundary, which are no states."""
+        watched, reduction = self.definition.watch, self.definition.reduction
+        names = reduction.boundary if reduction else ()
+        boundary = ((name, Direction(((name, 1.0),))) for name in names)
+        more = (one for one in boundary if one not in watched)
+        return (*watched, *more)
 
     def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
         damping = self.definition.C
@@ -104,7 +141,7 @@ class Assembly:
             return ()
         if isinstance(damping, Damping):
             return damping._terms(self.mass, self.stiffness)
-        basis = self.reduced.basis
+        basis = self.basis
         return ((None, basis.T @ np.asarray(damping.array() @ basis)),)
 
     def _rows(self, component: Component) -> Array:
@@ -112,11 +149,13 @@ class Assembly:
         return np.array(rows).reshape(len(rows), self.size)
 
     def _row(self, direction: Direction | None, inertial: bool = False) -> Array:
+        return np.asarray(self._vector(direction, inertial) @ self.basis)
+
+    def _vector(self, direction: Direction | None, inertial: bool = False) -> Array:
+        """Return the weights of all degrees of freedom, shape (n,)."""
         names, mass = self.definition.names, self.definition.M
         row = np.ones(len(names)) if direction is None else direction.vector(names)
-        if inertial:
-            row = np.asarray(mass.array() @ row)
-        return np.asarray(row @ self.reduced.basis)
+        return np.asarray(mass.array() @ row) if inertial else row
 
     def over_mass(self, matrix: Array) -> Array:
         """Return the inverse mass matrix times a matrix, without entries that are rounding errors.

@@ -86,8 +86,8 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     with about("reduction"):
         if reduction is not None and not isinstance(reduction, Reduction):
             raise InputError(
-                f"reduction = {brief(reduction)} is none; give ModalReduction(modes=5) or "
-                'CraigBampton(["tip"], modes=5)'
+                f"reduction = {brief(reduction)} is none; give one such as "
+                'FreeInterface(up_to="1 kHz", accuracy=1e-3)'
             )
         if reduction is not None:
             reduction._fits(mass, stiffness, names)

@@ -33,7 +33,7 @@ from slipfold.models.structures.matrices import (
     ProportionalDamping,
     read_matrix,
 )
-from slipfold.models.structures.reduction import CraigBampton, ModalReduction
+from slipfold.models.structures.reduction import CraigBampton, FreeInterface, ModalReduction
 
 FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "
@@ -163,7 +163,7 @@ class StructureFile(Table):
     title: Line = ""
     structure: MatricesTable = Field(examples=["a table [structure] with its matrices M and K"])
     damping: Annotated[Any, _one_of(ProportionalDamping, ModalDamping)] = None
-    reduction: Annotated[Any, _one_of(ModalReduction, CraigBampton)] = None
+    reduction: Annotated[Any, _one_of(FreeInterface, ModalReduction, CraigBampton)] = None
     elements: list[Annotated[Any, ELEMENTS]] = Field([], max_length=BOUNDS.entries)
     contacts: list[Annotated[Any, CONTACTS]] = Field([], max_length=BOUNDS.entries)
     forcing: list[Annotated[Any, FORCING]] = Field([], max_length=BOUNDS.entries)

@@ -109,8 +109,9 @@ class MatrixSettings:
     rounding: float = 1e-15
     # Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular
     singular: float = 1e-13
-    # Shift of the search for sparse modes, over a typical squared frequency: finds rigid-body modes
-    shift: float = 1e-6
+    # Shift of the search for sparse modes, over a typical squared frequency: with it the matrix to
+    # factor is regular though rigid-body modes have no stiffness
+    shift: float = 1e-12
     # Ratio of the largest squared frequency to the smallest at which rounding errors matter
     wide: float = 1e5
     # Frequency over the largest one below which a motion is free: it has no relative error
@@ -466,15 +467,16 @@ def _full_modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:
 def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
     from scipy.sparse.linalg import eigsh
 
-    typical = abs(stiffness.diagonal()).sum() / mass.diagonal().sum()
-    start = np.ones(mass.shape[0])
-    squares, shapes = eigsh(
-        stiffness.tocsc(),
-        count,
-        mass.tocsc(),
-        sigma=-MATRICES.shift * typical,
-        which="LM",
-        v0=start,
-    )
-    order = np.argsort(squares)
-    return squares[order], shapes[:, order]
+    def modes_from(shift: float) -> tuple[Array, Array]:
+        start = np.ones(mass.shape[0])
+        squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, which="LM", v0=start)
+        order = np.argsort(squares)
+        return squares[order], shapes[:, order]
+
+    stiffness, mass = stiffness.tocsc(), mass.tocsc()
+    shift = MATRICES.shift * abs(stiffness.diagonal()).sum() / mass.diagonal().sum()
+    squares, shapes = modes_from(shift)
+    if squares[0] > 100 * shift:
+        return squares, shapes
+    # Rigid-body modes, or a fine mesh: the shift follows the modes, so that they stand apart.
+    return modes_from(max(1e-2 * squares[-1], shift))

@@ -1,8 +1,9 @@
-"""Fewer degrees of freedom: modal truncation, and the Craig-Bampton method."""
+"""Few modal coordinates for many degrees of freedom: modes, static shapes, their error."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -12,38 +13,47 @@ import numpy as np
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import brief
-from slipfold.models.structures.matrices import (
-    MATRICES,
-    Matrix,
-    lowest_modes,
-    require_symmetric,
-    solver,
-)
+from slipfold.models.structures.matrices import MATRICES, Matrix, require_symmetric, solver
+from slipfold.models.structures.receptance import Coordinates, FullStructure, Modes
 from slipfold.models.units import parse_quantity
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReductionReport(OneLine):
-    """Natural frequencies before and after a reduction.
+    """What a reduction changes: natural frequencies and receptances, computed with all of it.
+
+    A receptance is the displacement along one direction for a unit force along another, at one
+    frequency. The directions are those of elements, contacts, forcing and `watch`. Receptances are
+    compared at natural frequencies in the band and between them, six of each at most, and errors
+    are interpolated; with a loss factor of 2 %, since an undamped resonance is infinite. The error
+    is relative to the receptance, or to its geometric mean over the band where that is larger,
+    beside antiresonances. So the motion that given forces cause is wrong by this part, harmonic by
+    harmonic, as far as the harmonics are in the band. How much more a response changes where it is
+    sensitive to forces, at a fold or near a loss of stability, it does not say.
 
     Parameters
     ----------
     frequencies
-        Of the reduced structure in Hz, shape (r,).
+        Natural ones of the reduced structure in Hz, shape (r,).
     exact
         The lowest of the full structure in Hz, shape (r,).
     band
         Highest frequency in Hz that the reduction is meant for.
     whole
         Number of degrees of freedom before the reduction.
+    receptance_error
+        Largest relative error of a receptance in the band; NaN without directions.
+    rounding
+        Relative change of the lowest natural frequency that the rounding of the stiffness matrix
+        to floats may cause: large for fine meshes of beams, where no reduction can be better.
 
     Examples
     --------
     >>> import numpy as np
-    >>> print(ReductionReport(np.array([1.0, 2.02]), np.array([1.0, 2.0]), 1.5, 10))
+    >>> print(ReductionReport(np.array([1.0, 2.02]), np.array([1.0, 2.0]), 1.5, 10, 3e-4))
     10 degrees of freedom reduced to 2
-    band up to 1.5 Hz, where natural frequencies are wrong by 0 at most
+    band up to 1.5 Hz, where natural frequencies are wrong by 0 at most, receptances by 0.0003
     f (Hz)  exact (Hz)  error
          1           1      0
       2.02           2   0.01
@@ -53,6 +63,8 @@ class ReductionReport(OneLine):
     exact: Array
     band: float
     whole: int
+    receptance_error: float = math.nan
+    rounding: float = 0.0
 
     @property
     def errors(self) -> Array:
@@ -67,9 +79,15 @@ class ReductionReport(OneLine):
 
     def _line(self) -> str:
         return (
-            f"ReductionReport: {self.whole} degrees of freedom to {len(self.exact)}, natural "
-            f"frequencies up to {number_text(self.band)} Hz wrong by {self.error:.2g} at most"
+            f"ReductionReport: {self.whole} degrees of freedom to {len(self.exact)}, up to "
+            f"{number_text(self.band)} Hz {self._errors}"
         )
+
+    @property
+    def _errors(self) -> str:
+        known = not math.isnan(self.receptance_error)
+        other = f", receptances by {self.receptance_error:.2g}" if known else ""
+        return f"natural frequencies are wrong by {self.error:.2g} at most{other}"
 
     def _rows(self) -> PrintedTable:
         rows = zip(self.frequencies, self.exact, self.errors, strict=True)
@@ -80,33 +98,52 @@ class ReductionReport(OneLine):
         """Table of the frequencies."""
         lines = [
             f"{self.whole} degrees of freedom reduced to {len(self.exact)}",
-            f"band up to {self.band:.6g} Hz, where natural frequencies are wrong by "
-            f"{self.error:.2g} at most",
+            f"band up to {self.band:.6g} Hz, where {self._errors}",
             *self._rows().text(),
         ]
+        if self.rounding > MATRICES.asymmetry:
+            lines.append(
+                f"rounding of the stiffness matrix changes the lowest by up to {self.rounding:.2g}"
+            )
         return "\n".join(lines)
 
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """A structure in fewer coordinates."""
+    """A structure in modal coordinates, with the full one that they approximate."""
 
-    names: tuple[str, ...]  # names of the r coordinates
-    basis: Array  # displacements of all n degrees of freedom by coordinate, shape (n, r)
-    # Reduced matrices, shape (r, r)
-    mass: Array
-    stiffness: Array
-    report: ReductionReport | None = None  # None if they are all degrees of freedom
+    coordinates: Coordinates
+    band: float  # highest frequency in Hz that they are meant for
+    full: FullStructure
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the r coordinates."""
+        return tuple(f"mode{number + 1}" for number in range(len(self.coordinates.squares)))
+
+    def report(self) -> ReductionReport:
+        """Compare the coordinates with the full structure."""
+        squares = self.coordinates.squares
+        directions = self.full.directions.shape[1]
+        return ReductionReport(
+            _frequencies(squares),
+            _frequencies(self.full.modes.first(len(squares))[0]),
+            self.band,
+            self.full.modes.size,
+            self.full.error(self.coordinates, self.band) if directions else math.nan,
+            self.full.rounding,
+        )
 
 
-class Reduction:
-    """A way to describe a structure by fewer coordinates: displacements that stay, and modes."""
+class Reduction(ABC):
+    """A way to describe a structure by few modal coordinates."""
 
     title: ClassVar[str] = "reduction"
 
     boundary: Any = ()
     modes: int | None
     up_to: float | str | None
+    accuracy: float | None
 
     def __post_init__(self) -> None:
         """Check that one of the two extents is given."""
@@ -123,6 +160,19 @@ class Reduction:
             if not (math.isfinite(value) and value > 0):
                 raise InputError(f"up_to = {value:g} Hz; give a finite frequency > 0")
             object.__setattr__(self, "up_to", value)
+        if self.accuracy is not None:
+            self._check_accuracy(self.accuracy)
+
+    def _check_accuracy(self, given: float) -> None:
+        value = parse_quantity(given, "", "accuracy")
+        if not 0 < value < 1:
+            raise InputError(f"accuracy = {value:g}; give a relative error between 0 and 1")
+        if self.up_to is None:
+            raise InputError(
+                f"accuracy = {value:g} says how many modes to keep, and modes = {self.modes} too; "
+                "give up_to, the frequency in Hz up to which to be accurate, in place of modes"
+            )
+        object.__setattr__(self, "accuracy", value)
 
     def _fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
         """Refuse matrices and counts that do not fit, before anything is computed."""
@@ -131,57 +181,15 @@ class Reduction:
             "K",
             f"a {self.title} needs a symmetric one, so correct it or keep all coordinates",
         )
-        size = len(self._split(names)[1])
+        size = mass.size - len(self._held(names))
         if self.modes is not None and self.modes > size:
             raise InputError(
                 f"{self.modes} modes are requested of {size} degrees of freedom; give at most "
                 f"{size}"
             )
 
-    def _apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Return a structure in fewer coordinates."""
-        self._fits(mass, stiffness, names)
-        m, k = mass.array(), stiffness.array()
-        held, free = self._split(names)
-        k_free, m_free = _block(k, free, free), _block(m, free, free)
-        count = len(held)
-        static = np.empty((len(free), 0))
-        if count:
-            solve = solver(
-                k_free,
-                "the boundary does not hold the rest of the structure, which can move without "
-                "force; add degrees of freedom to the boundary",
-            )
-            coupling = _block(k, free, held)
-            static = -solve(coupling if isinstance(k, np.ndarray) else coupling.toarray())
-        squares, shapes = self._modes(k_free, m_free)
-        size = count + len(squares)
-        if not size:
-            raise InputError(
-                f"the structure has no mode up to {self.up_to:g} Hz; raise up_to or give modes"
-            )
-        basis = np.zeros((len(names), size))
-        basis[held, np.arange(count)] = 1.0
-        basis[free] = np.hstack([static, shapes])
-        small_mass = basis.T @ np.asarray(m @ basis)
-        small_stiffness = basis.T @ np.asarray(k @ basis)
-        # What the theory says is zero must be, or rounding would enter the equations as terms.
-        modal = np.diag(small_mass)[count:].copy()
-        small_mass[count:, count:] = np.diag(modal)
-        small_stiffness[count:] = small_stiffness[:, count:] = 0.0
-        small_stiffness[count:, count:] = np.diag(modal * squares)
-        reached = exact = _frequencies(squares)
-        if count:
-            reached = _frequencies(lowest_modes(small_stiffness, small_mass)[0])
-            exact = _frequencies(lowest_modes(k, m, size)[0])
-        band = float(_frequencies(squares)[-1] if len(squares) else exact[0])
-        band = band if self.up_to is None else float(self.up_to)
-        kept = (*self.boundary, *(f"mode{number + 1}" for number in range(len(squares))))
-        report = ReductionReport(reached, exact, band, mass.size)
-        return Reduced(kept, basis, small_mass, small_stiffness, report)
-
-    def _split(self, names: tuple[str, ...]) -> tuple[Indices, Indices]:
-        """Return the positions of the boundary and of the other degrees of freedom."""
+    def _held(self, names: tuple[str, ...]) -> Indices:
+        """Return the positions of the boundary, shape (held,)."""
         for name in self.boundary:
             if name not in names:
                 error = InputError(
@@ -190,39 +198,128 @@ class Reduction:
                 )
                 error.entry = ("boundary",)
                 raise error
-        held = np.array([names.index(name) for name in self.boundary], dtype=np.int64)
-        free = np.setdiff1d(np.arange(len(names)), held)
-        if not len(free):
+        if len(self.boundary) == len(names):
             raise InputError(
                 "the boundary is the whole structure, so there is nothing to reduce; leave the "
                 "reduction out"
             )
-        return held, free
+        return np.array([names.index(name) for name in self.boundary], dtype=np.int64)
 
-    def _modes(self, stiffness: Any, mass: Any) -> tuple[Array, Array]:
-        """Return as many modes as are requested, or all up to a frequency."""
-        size = mass.shape[0]
-        if self.modes == 0:
-            return np.empty(0), np.empty((size, 0))
-        if self.modes is not None:
-            return lowest_modes(stiffness, mass, self.modes)
-        assert self.up_to is not None
-        highest = (2 * math.pi * float(self.up_to)) ** 2
-        count = size if isinstance(mass, np.ndarray) else 16
-        while True:
-            squares, shapes = lowest_modes(stiffness, mass, min(count, size))
-            if count >= size or squares[-1] > highest:
-                kept = squares <= highest
-                return squares[kept], shapes[:, kept]
-            count *= 2
+    def _apply(self, full: FullStructure, names: tuple[str, ...]) -> Reduced:
+        """Return a structure in few modal coordinates."""
+        shapes = self._shapes(full, names)
+        if self.up_to is None:
+            assert self.modes is not None
+            coordinates = shapes.coordinates(self.modes)
+            kept = shapes.modes.first(self.modes)[0] if self.modes else full.modes.first(1)[0]
+            return Reduced(coordinates, float(_frequencies(kept)[-1]), full)
+        band = float(self.up_to)
+        count = shapes.modes.count_up_to(band)
+        if self.accuracy is None:
+            if not count and self.boundary == ():
+                raise InputError(
+                    f"the structure has no mode up to {band:g} Hz; raise up_to or give modes"
+                )
+            return Reduced(shapes.coordinates(count), band, full)
+        return Reduced(self._accurate(full, shapes, max(count, 1)), band, full)
+
+    def _accurate(self, full: FullStructure, shapes: Shapes, count: int) -> Coordinates:
+        """Return the coordinates with the fewest modes, at least `count`, that are accurate."""
+        assert self.accuracy is not None
+        assert isinstance(self.up_to, float)
+        if not full.directions.shape[1]:
+            raise InputError(
+                f"accuracy = {self.accuracy:g} is that at elements, contacts, forcing and watched "
+                "displacements, and the structure has none; add one, or leave accuracy out"
+            )
+        best = math.inf
+        for kept in range(count, min(shapes.modes.size, max(count, MOST_MODES)) + 1):
+            coordinates = shapes.coordinates(kept)
+            error = full.error(coordinates, self.up_to)
+            if error <= self.accuracy:
+                return coordinates
+            best = min(best, error)
+        fine = (
+            ""
+            if best > 1e3 * full.rounding
+            else (
+                ", and rounding of the stiffness matrix changes the lowest natural frequency by "
+                f"{full.rounding:.2g}"
+            )
+        )
+        raise InputError(
+            f"receptances up to {self.up_to:g} Hz are wrong by {best:.2g} at least with up to "
+            f"{kept} modes, more than accuracy = {self.accuracy:g}{fine}; give a larger accuracy "
+            "or a lower up_to"
+        )
+
+    @abstractmethod
+    def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
+        """Return the shapes from which the coordinates are made."""
+
+
+MOST_MODES = 120
+"""Most modes that are tried for an accuracy: orbits of more take minutes each."""
+
+
+class Shapes(ABC):
+    """Shapes of a structure, of which modes are as many as are requested."""
+
+    modes: Modes
+
+    @abstractmethod
+    def coordinates(self, count: int) -> Coordinates:
+        """Return modal coordinates of what some modes and the other shapes span."""
+
+
+class FreeShapes(Shapes):
+    """Modes of the structure, and perhaps what they leave of static displacements."""
+
+    def __init__(self, full: FullStructure, residual: bool) -> None:
+        self.full, self.modes, self.residual = full, full.modes, residual
+
+    def coordinates(self, count: int) -> Coordinates:
+        """Return the modes, and after them the residual shapes, which are orthogonal to them."""
+        squares, shapes = self.modes.first(count)
+        others = self.full.residual_shapes(count) if self.residual else shapes[:, :0]
+        if others.shape[1]:
+            rest = self.full.coordinates(others)
+            squares = np.append(squares, rest.squares)
+            shapes = np.hstack([shapes, rest.shapes])
+        return self.full.diagonal(squares, shapes)
+
+
+class HeldShapes(Shapes):
+    """Static shapes of a boundary, and modes with the boundary held."""
+
+    def __init__(self, full: FullStructure, held: Indices) -> None:
+        self.full, self.held = full, held
+        self.free = np.setdiff1d(np.arange(full.modes.size), held)
+        coupled = _block(full.stiffness, self.free, self.free)
+        self.modes = Modes(coupled, _block(full.mass, self.free, self.free))
+        solve = solver(
+            coupled,
+            "the boundary does not hold the rest of the structure, which can move without "
+            "force; add degrees of freedom to the boundary",
+        )
+        coupling = _block(full.stiffness, self.free, held)
+        self.static = -solve(coupling if isinstance(coupling, np.ndarray) else coupling.toarray())
+
+    def coordinates(self, count: int) -> Coordinates:
+        """Return modal coordinates of the static shapes and some modes."""
+        fixed = self.modes.first(count)[1]
+        shapes = np.zeros((self.full.modes.size, len(self.held) + count))
+        shapes[self.held, np.arange(len(self.held))] = 1.0
+        shapes[self.free] = np.hstack([self.static, fixed])
+        return self.full.coordinates(shapes)
 
 
 @dataclass(frozen=True)
 class ModalReduction(Reduction):
-    """The lowest undamped modes as coordinates ``mode1 mode2 ...``; they are exact.
+    """The lowest undamped modes; they are exact.
 
-    Each mode is scaled so that its largest displacement is 1; a coordinate is a displacement in m.
-    The compliance of the higher modes at forces that act at a point is lost.
+    The coordinates are ``mode1 mode2 ...``; the largest displacement of each is 1, so they are in
+    m. The compliance of the higher modes at forces that act at a point is lost.
 
     Parameters
     ----------
@@ -230,35 +327,86 @@ class ModalReduction(Reduction):
         How many; or give `up_to`.
     up_to
         Keep the modes up to this frequency in Hz.
+    accuracy
+        Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as
+        `ReductionReport` measures it.
 
     Examples
     --------
     >>> ModalReduction(up_to="200 Hz")
-    ModalReduction(modes=None, up_to=200.0)
+    ModalReduction(modes=None, up_to=200.0, accuracy=None)
     """
 
     title: ClassVar[str] = "modal reduction"
 
     modes: int | None = None
     up_to: float | str | None = None
+    accuracy: float | None = None
+
+    def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
+        return FreeShapes(full, residual=False)
+
+
+@dataclass(frozen=True)
+class FreeInterface(Reduction):
+    """The lowest undamped modes, and what the others add where forces act.
+
+    The modes are those of `ModalReduction`, exact. For each direction of an element, a contact or
+    a force there is one coordinate more: the static displacement of the other modes (Rubin). So
+    static forces there cause the exact displacement. Of these static shapes the modal coordinates
+    of the highest frequencies are made.
+
+    Parameters
+    ----------
+    modes
+        How many; or give `up_to`.
+    up_to
+        Keep the modes up to this frequency in Hz.
+    accuracy
+        Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as
+        `ReductionReport` measures it.
+
+    References
+    ----------
+    S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA Journal
+    13 (1975) 995-1006.
+
+    Examples
+    --------
+    >>> FreeInterface(up_to="200 Hz", accuracy=1e-4)
+    FreeInterface(modes=None, up_to=200.0, accuracy=0.0001)
+    """
+
+    title: ClassVar[str] = "free-interface reduction"
+
+    modes: int | None = None
+    up_to: float | str | None = None
+    accuracy: float | None = None
+
+    def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
+        return FreeShapes(full, residual=True)
 
 
 @dataclass(frozen=True)
 class CraigBampton(Reduction):
-    """Boundary degrees of freedom, and modes of the others with the boundary held.
+    """Static shapes of boundary degrees of freedom, and modes of the others with it held.
 
-    The coordinates are the boundary's displacements by their names, then ``mode1 mode2 ...``.
-    Static loads at the boundary are exact; without modes it is Guyan's condensation.
+    The coordinates ``mode1 mode2 ...`` are the modes of the structure in these shapes; the
+    boundary's displacements are outputs by their names. Static loads at the boundary are exact;
+    without modes it is Guyan's condensation.
 
     Parameters
     ----------
     boundary
-        Names of the degrees of freedom that stay: those with elements, contacts and forces.
+        Names of the degrees of freedom with elements, contacts and forces.
     modes
         How many modes with the boundary held; or give `up_to`.
     up_to
         Keep the modes with the boundary held up to this frequency in Hz; about 1.5 times the
         highest frequency of interest is usual.
+    accuracy
+        Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as
+        `ReductionReport` measures it.
 
     References
     ----------
@@ -276,6 +424,7 @@ class CraigBampton(Reduction):
     boundary: Any = field()
     modes: int | None = None
     up_to: float | str | None = None
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
         """Check the boundary, and that one of the two extents is given."""
@@ -285,10 +434,13 @@ class CraigBampton(Reduction):
         if not given or not named or len(set(given)) < len(given):
             raise InputError(
                 f"boundary = {brief(self.boundary)}; give the names "
-                "of the degrees of freedom that stay, each once"
+                "of the degrees of freedom with elements, contacts and forces, each once"
             )
         object.__setattr__(self, "boundary", given)
         super().__post_init__()
+
+    def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
+        return HeldShapes(full, self._held(names))
 
 
 def _block(matrix: Any, rows: Indices, columns: Indices) -> Any:

@@ -56,8 +56,9 @@ class Structure(MechanicalModel):
         Names of the n degrees of freedom, a sequence or one text with blanks between; ``q1 q2 ...``
         if None.
     reduction
-        `ModalReduction` or `CraigBampton`; `reduction_report` then says how good it is. None keeps
-        all degrees of freedom.
+        `FreeInterface`, `CraigBampton` or `ModalReduction`: few modal coordinates ``mode1 mode2
+        ...`` stay, and `reduction_report` says how good they are. None keeps all degrees of
+        freedom.
     elements
         Springs: `LinearSpring`, `CubicSpring`, `PolynomialSpring`, `GapSpring`, `GeometricSpring`.
     contacts
@@ -356,10 +357,10 @@ class Structure(MechanicalModel):
 
     @property
     def reduction_report(self) -> ReductionReport | None:
-        """Natural frequencies before and after the reduction; None without one."""
-        return self._assembly.reduced.report
+        """Errors of natural frequencies and receptances by the reduction; None without one."""
+        return self._assembly.report
 
     @property
     def basis(self) -> Array:
         """Displacements of all n degrees of freedom by retained coordinate, shape (n, r)."""
-        return self._assembly.reduced.basis.copy()
+        return self._assembly.basis.copy()

@@ -1,0 +1,162 @@
+"""Reduced structures: the full ones if nothing is left out, and the error that is computed."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.linalg import eigh
+
+import slipfold as sf
+
+DAMPING = sf.ProportionalDamping(alpha_M=0.05, beta_K=0.002)
+
+
+def chain(size, held=True):
+    """Unit masses and springs of 100 N/m, fixed at the root, or free at both ends."""
+    rows = [-np.ones(size), 2 * np.ones(size), -np.ones(size)]
+    rows[1][-1] = 1
+    rows[1][0] = 2 if held else 1
+    k = 100 * sparse.dia_array((rows, [-1, 0, 1]), shape=(size, size))
+    return sparse.eye_array(size), k.tocsr()
+
+
+def rubbing(size, reduction=None, held=True, **values):
+    """A chain with a force in the middle, and friction and a cubic spring at its tip."""
+    mass, stiffness = chain(size, held)
+    tip = f"q{size}"
+    return sf.Structure(
+        mass,
+        DAMPING,
+        stiffness,
+        reduction=reduction,
+        contacts=sf.FrictionContact(tip, sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.5), load=3, Vd=0),
+        elements=sf.CubicSpring(tip, k3=2.0),
+        forcing=sf.HarmonicForce(f"q{size // 2}", F=3.0),
+        watch={"u": tip},
+        **values,
+    )
+
+
+@pytest.mark.parametrize("size", [6, *(pytest.param(n, marks=pytest.mark.long) for n in (10, 20))])
+def test_nothing_left_out_changes_no_orbit(size):
+    reductions = [
+        sf.FreeInterface(modes=size),
+        sf.FreeInterface(modes=size - 2),  # and two static shapes, which are the rest
+        sf.CraigBampton([f"q{size // 2}", f"q{size}"], modes=size - 2),
+    ]
+    models = [rubbing(size, reduction, f=1.9 / size) for reduction in (None, *reductions)]
+    orbits = [sf.periodic_orbit(model) for model in models]
+    tips = [model.evaluate("u", orbit.state)
+            for model, orbit in zip(models, orbits, strict=True)]  # fmt: skip
+    assert tips == pytest.approx(len(tips) * tips[:1], rel=1e-8)
+    sizes = [np.sort(np.abs(orbit.multipliers))[::-1][:8] for orbit in orbits]
+    assert np.array(sizes) == pytest.approx(np.array(len(sizes) * sizes[:1]), abs=1e-6)
+    for small in models[1:]:
+        matrices = (small.mass_matrix, small.stiffness_matrix, small.damping_matrix)
+        assert all(np.array_equal(part, np.diag(np.diag(part))) for part in matrices)
+        assert len(small.states) == 2 * size
+        assert small.reduction_report.receptance_error < 1e-9
+
+
+def test_nothing_left_out_changes_no_fold():
+    def folds(reduction):
+        model = rubbing(3, reduction, F=6.0, Ns=1.0)
+        (branch,) = sf.response(model, vary="f", span=(0.6, 1.2)).branches
+        return [point.value for point in branch.special if point.type == "LP"]
+
+    expected = folds(None)
+    assert len(expected) == 2
+    assert folds(sf.FreeInterface(modes=2)) == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_static_forces_cause_the_exact_displacement(held):
+    size = 12
+    mass, stiffness = (part.toarray() for part in chain(size, held))
+    model = rubbing(size, sf.FreeInterface(modes=3), held)
+    squares, shapes = eigh(stiffness, mass)
+    kept = slice(0, None) if held else slice(1, None)  # a free chain has no static displacement
+    for force in (size // 2 - 1, size - 1):
+        exact = shapes[:, kept] @ (shapes[force, kept] / squares[kept])
+        rows, stiff = model.basis, np.diag(model.stiffness_matrix)
+        elastic = stiff > 1e-9 * stiff.max()
+        found = rows[:, elastic] @ (rows[force, elastic] / stiff[elastic])
+        assert found == pytest.approx(exact, rel=1e-9, abs=1e-9 * np.abs(exact).max())
+
+
+def largest_error(model, mass, stiffness, directions, frequencies):
+    """Largest error of a receptance, with the loss factor of the report."""
+    squares, shapes = eigh(stiffness, mass)
+    stiff, moved = np.diag(model.stiffness_matrix), np.diag(model.mass_matrix)
+    answers = []
+    for rows, k, m in ((shapes, squares, np.ones(len(squares))), (model.basis, stiff, moved)):
+        there = rows[directions]
+        turned = (2 * np.pi * frequencies[:, None]) ** 2
+        answers.append(there @ ((1 / (k * (1 + 0.02j) - turned * m))[:, :, None] * there.T))
+    exact, found = answers
+    mean = np.exp(np.log(np.abs(np.einsum("faa->fa", exact))).mean(axis=0))
+    scale = np.maximum(np.abs(exact), np.sqrt(np.outer(mean, mean)))
+    return (np.abs(found - exact) / scale).max()
+
+
+@pytest.mark.parametrize("size", [40, 700])  # full and sparse matrices
+@pytest.mark.parametrize("kind", [sf.FreeInterface, sf.ModalReduction, sf.CraigBampton])
+def test_as_many_modes_as_the_accuracy_needs(size, kind):
+    ends = [f"q{size // 2}", f"q{size}"]
+    boundary = [ends] if kind is sf.CraigBampton else []
+    frequencies = sf.Structure(*(part.toarray() for part in chain(40)[:1]), None,
+                               chain(40)[1].toarray()).natural_frequencies  # fmt: skip
+    band = frequencies[4] * 40 / size
+    accuracy = 2e-2 if kind is sf.ModalReduction else 1e-3
+    model = rubbing(size, kind(*boundary, up_to=band, accuracy=accuracy))
+    report = model.reduction_report
+    assert report.receptance_error <= accuracy
+    assert report.whole == size
+    mass, stiffness = (part.toarray() for part in chain(size))
+    there = [size // 2 - 1, size - 1]
+    spread = np.linspace(band / 500, band, 500)
+    assert largest_error(model, mass, stiffness, there, spread) < 1.2 * accuracy
+    count = len(model.states) // 2 - (0 if kind is sf.ModalReduction else 2)
+    fewer = rubbing(size, kind(*boundary, modes=count - 1))
+    assert (
+        fewer.reduction_report.band < band
+        or largest_error(fewer, mass, stiffness, there, spread) > accuracy / 2
+    )
+
+
+def test_a_free_structure_keeps_its_rigid_body_motion():
+    model = rubbing(800, sf.FreeInterface(modes=4), held=False)
+    exact = 2 * 10 * np.sin(np.arange(4) * np.pi / 1600) / (2 * np.pi)
+    assert model.natural_frequencies[:4] == pytest.approx(exact, abs=1e-7)
+    assert "receptances by" in str(model.reduction_report)
+
+
+@pytest.mark.parametrize(("reduction", "words"), [
+    (lambda: sf.FreeInterface(modes=3, accuracy=1e-3), "give up_to, the frequency in Hz"),
+    (lambda: sf.FreeInterface(up_to=1, accuracy=2), "give a relative error between 0 and 1"),
+    (lambda: sf.FreeInterface(up_to=1, accuracy="5 Hz"), "accuracy = '5 Hz' has the unit"),
+    (lambda: rubbing(700, sf.ModalReduction(up_to=0.1, accuracy=1e-7)), "with up to 120 modes"),
+    (lambda: sf.Structure([[1]], None, [[1]], reduction=sf.FreeInterface(up_to=1, accuracy=0.1)),
+     "the structure has none; add one"),
+])  # fmt: skip
+def test_accuracies_that_cannot_be(reduction, words):
+    with pytest.raises(sf.InputError) as caught:
+        reduction()
+    assert words in str(caught.value)
+
+
+def test_rounding_of_a_fine_beam_is_stated():
+    count = 400
+    h = 1 / count
+    bent = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+                     [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])  # fmt: skip
+    k, m = np.zeros((2, 2 * count + 2, 2 * count + 2))
+    for first in range(0, 2 * count, 2):
+        own = slice(first, first + 4)
+        k[own, own] += bent / h**3
+        m[own, own] += np.diag([h / 2, h**3 / 24, h / 2, h**3 / 24])
+    model = sf.Structure(m[2:, 2:], None, k[2:, 2:], reduction=sf.ModalReduction(modes=2))
+    report = model.reduction_report
+    exact = 1.87510406871196**2 / (2 * np.pi)
+    assert abs(report.frequencies[0] / exact - 1) < report.rounding + 1e-5
+    assert 1e-7 < report.rounding < 1e-3
+    assert "rounding of the stiffness matrix changes the lowest by up to" in str(report)
