@@ -8,12 +8,12 @@ from typing import Any, Generic
 
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.end import End
-from slipfold.continuation.locate import LostCurveError, lost_reason
+from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, StepInterval, Stop, TracedCurve
 from slipfold.continuation.walk import Bound, Failure, first_point, reaches, walk
-from slipfold.errors import BREAKDOWNS
+from slipfold.errors import BREAKDOWNS, breakdown
 
 
 class Endings(Generic[P]):
@@ -124,7 +124,8 @@ class _Follower(Generic[P]):
                 step = STEP.retreat * (min(length, first_step) if before is first else length)
                 if step >= self.settings.steps.smallest:
                     return step
-                traced.end = self.endings.failed(traced, Failure("failed", lost_reason(error)))
+                reason = str(error) if isinstance(error, LostCurveError) else breakdown(error)
+                traced.end = self.endings.failed(traced, Failure("failed", reason))
                 return None
             self.on_step(traced)
             if traced.end is not None and traced.end.kind == "closed":  # on a known curve

@@ -26,7 +26,7 @@ SPACING = 0.2
 
 def arc_between(a: Point, b: Point) -> float:
     """Return the arclength between two points of a curve, exact for a circle."""
-    chord, turn = length_of(b.z - a.z), angle_between(a.tangent, b.tangent)
+    chord, turn = length_of(b.z - a.z), acos(min(max(float(a.tangent @ b.tangent), -1.0), 1.0))
     return chord if turn < 1e-4 else chord * 0.5 * turn / sin(0.5 * turn)
 
 
@@ -45,11 +45,6 @@ def arcs(difference: Array, before: Array, after: Array) -> tuple[Array, Array]:
 def lengths_of(vectors: Array) -> Array:
     """Return the Euclidean length of each row."""
     return np.sqrt(np.add.reduce(vectors * vectors, axis=1))
-
-
-def angle_between(a: Array, b: Array) -> float:
-    """Return the angle between unit vectors."""
-    return acos(min(max(float(a @ b), -1.0), 1.0))
 
 
 def well_spaced(history: Sequence[P], low: float, high: float, count: int) -> list[P]:

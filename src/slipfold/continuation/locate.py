@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from slipfold.continuation.interpolation import (
     well_spaced,
 )
 from slipfold.continuation.newton import correct
-from slipfold.errors import breakdown
 
 
 @dataclass(frozen=True)
@@ -70,29 +69,86 @@ class LostCurveError(ArithmeticError):
     """Newton's method failed between two points of a curve."""
 
 
-def lost_reason(error: Exception) -> str:
-    """Say why a point between two others was not computed."""
-    return str(error) if isinstance(error, LostCurveError) else breakdown(error)
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """An unknown that is to be corrected in the hyperplane through it."""
+
+    z: Array
+    row: Array  # normal of the hyperplane
+    near: Sequence[Any]  # points from which it was interpolated
+    arclength: float  # where, in their arclengths
+
+
+T = TypeVar("T")
+
+Guesses = Generator[Guess, Any, T]
+"""A search: it yields guesses, receives the point nearest to each, and returns its result.
+
+Where there is no point, `LostCurveError` is thrown into it.
+"""
+
+
+def corrected(curve: Curve[P], search: Guesses[T]) -> T:
+    """Correct the guesses of a search on a curve, one after the other; return its result."""
+
+    def correct(guesses: dict[int, Guess]) -> dict[int, P | LostCurveError]:
+        try:
+            return {0: _corrected(curve, guesses[0])}
+        except LostCurveError as error:
+            return {0: error}
+
+    (result,) = corrected_together([search], correct)
+    if isinstance(result, LostCurveError):
+        raise result
+    return result
+
+
+def corrected_together(
+    searches: Sequence[Guesses[T]], correct: Callable[[dict[int, Guess]], dict[int, Any]]
+) -> list[T | LostCurveError]:
+    """Correct the guesses of many searches at the same time; return what each finds, or an error.
+
+    `correct` takes guesses by the number of their search, and returns points, or errors.
+    """
+    results: list[Any] = [None] * len(searches)
+    answers: dict[int, Any] = dict.fromkeys(range(len(searches)))
+    while answers:
+        guesses = dict[int, Guess]()
+        for number, answer in answers.items():
+            search, lost = searches[number], isinstance(answer, LostCurveError)
+            try:
+                guesses[number] = search.throw(answer) if lost else search.send(answer)
+            except StopIteration as done:
+                results[number] = done.value
+            except LostCurveError as error:
+                results[number] = error
+        answers = correct(guesses) if guesses else {}
+    return results
+
+
+def _corrected(curve: Curve[P], guess: Guess) -> P:
+    """Return the point nearest a guess, with derivatives interpolated from points near it."""
+    expected = derivatives(curve, guess.near, guess.arclength)
+    correction = correct(curve, guess.z, guess.row, expected=expected)
+    if not correction.converged:
+        raise LostCurveError(correction.failure)
+    return curve.point(correction, guess.arclength)
 
 
 def point_at(curve: Curve[P], history: Sequence[P], arclength: float) -> P:
     """Return the point at an arclength between known points of a curve."""
+    return corrected(curve, _guess_at(curve, history, arclength))
+
+
+def _guess_at(curve: Curve[P], history: Sequence[P], arclength: float) -> Guesses[P]:
     near = well_spaced(history, arclength, arclength, POINTS)
     guess, row = hermite(near, arclength)
-    point = _corrected(curve, near, curve.aligned(guess, near[0].z), row, arclength)
+    point = yield Guess(curve.aligned(guess, near[0].z), row, near, arclength)
     # Where the guess was poor the correction moved it along the curve.
     after = bisect([item.arclength for item in history], point.arclength)
     if not 0 < after < len(history):
         return point
     return _between(history[after - 1], point, history[after])
-
-
-def _corrected(curve: Curve[P], near: Sequence[P], guess: Array, row: Array, s: float) -> P:
-    """Return the point nearest a guess, with derivatives interpolated from points near it."""
-    correction = correct(curve, guess, row, expected=derivatives(curve, near, s))
-    if not correction.converged:
-        raise LostCurveError(correction.failure)
-    return curve.point(correction, s)
 
 
 def _between(a: P, point: P, b: P) -> P:
@@ -115,15 +171,27 @@ def locate(
     function: Callable[[P], float],
     close: float = ZERO.close,
 ) -> P:
-    """Return the zero of a function that has different signs at two points.
+    """Return the zero of a function that has different signs at two points."""
+    return corrected(curve, locating(curve, history, a, b, function, close))
+
+
+def locating(
+    curve: Curve[P],
+    history: list[P],
+    a: P,
+    b: P,
+    function: Callable[[P], float],
+    close: float = ZERO.close,
+) -> Guesses[P]:
+    """Search for the zero of a function that has different signs at two points.
 
     Each guess is the zero of the polynomial through all values, also of points outside the two.
     Where it has none in the bracket, inverse interpolation and bisection follow. Every point
     computed is added to `history`.
     """
     values = function(a), function(b)
-    while not (chord := _Chord(curve, a, b)).is_crossed_once:
-        middle = point_at(curve, history, 0.5 * (a.arclength + b.arclength))
+    while not (chord := _Chord(a, b)).is_crossed_once:
+        middle = yield from _guess_at(curve, history, 0.5 * (a.arclength + b.arclength))
         if not a.arclength < middle.arclength < b.arclength:
             raise LostCurveError("the curve turns too sharply between two points")
         insert(history, middle)
@@ -137,10 +205,10 @@ def locate(
     for _ in range(ZERO.evaluations):
         s = zero.next_guess()
         try:
-            point = chord.point_at(s)
+            point = yield from chord.point_at(s)
         except LostCurveError:  # Newton's method is singular exactly at a branch point
             s += ZERO.aside * close
-            point = chord.point_at(s)
+            point = yield from chord.point_at(s)
         value = function(point)
         if value == 0.0 or zero.error(s, value) <= close or zero.width <= close:
             return point
@@ -184,13 +252,8 @@ class BracketedZero:
 
     def error(self, s: float, value: float) -> float:
         """Return the distance to the zero by the secant through the nearest value."""
-        nearest, other = self._nearest(s)
+        nearest, other = min(self._tried, key=lambda item: abs(item[0] - s))
         return abs(value * (s - nearest) / (value - other)) if value != other else np.inf
-
-    def slope(self, s: float, value: float) -> float:
-        """Return the slope of that secant."""
-        nearest, other = self._nearest(s)
-        return (value - other) / (s - nearest)
 
     def add(self, s: float, value: float) -> None:
         """Note a value of the function."""
@@ -200,9 +263,6 @@ class BracketedZero:
         else:
             self._high = s
 
-    def _nearest(self, s: float) -> tuple[float, float]:
-        return min(self._tried, key=lambda item: abs(item[0] - s))
-
 
 class Projection(Generic[P]):
     """The part of a curve between two points, over its projection on the chord or another row.
@@ -211,8 +271,7 @@ class Projection(Generic[P]):
     solution alone. So an interpolated zero does not move as more points are computed.
     """
 
-    def __init__(self, curve: Curve[P], a: P, b: P, row: Array | None = None) -> None:
-        self._curve = curve
+    def __init__(self, a: P, b: P, row: Array | None = None) -> None:
         self._a, self._b = a, b
         difference = b.z - a.z
         chord = float(np.linalg.norm(difference)) or 1.0
@@ -241,8 +300,8 @@ class Projection(Generic[P]):
 class _Chord(Projection[P]):
     """The part of a smooth curve between two points."""
 
-    def __init__(self, curve: Curve[P], a: P, b: P) -> None:
-        super().__init__(curve, a, b)
+    def __init__(self, a: P, b: P) -> None:
+        super().__init__(a, b)
         if self.is_crossed_once:
             self._points = [self._projected(a, 0.0), self._projected(b, self.length)]
 
@@ -266,10 +325,10 @@ class _Chord(Projection[P]):
         self._points += [self._projected(point, s) for s, point in chosen]
         return chosen
 
-    def point_at(self, s: float) -> P:
-        """Return the point with a projection on the chord."""
+    def point_at(self, s: float) -> Guesses[P]:
+        """Search for the point with a projection on the chord."""
         near, guess = self._guess(s)
-        point = _corrected(self._curve, near, guess, self._row, s)
+        point = yield Guess(guess, self._row, near, s)
         if float(point.tangent @ self._row) <= 0:
             raise LostCurveError("the curve turns too sharply between two points")
         self._points.append(self._projected(point, s))

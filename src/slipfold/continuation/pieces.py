@@ -119,7 +119,8 @@ class _ChordAhead(Projection[P]):
     def __init__(
         self, curve: Curve[P], own: Sequence[P], a: P, b: P, row: Array | None = None
     ) -> None:
-        super().__init__(curve, a, b, row)
+        super().__init__(a, b, row)
+        self._curve = curve
         for point in reversed(own):
             s = self._position(point)
             if not self._runs_along(point) or s > 0:

@@ -13,7 +13,7 @@ import numpy as np
 from slipfold.arrays import Array, Mask
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
-from slipfold.continuation.locate import ZERO, insert, locate, point_at
+from slipfold.continuation.locate import ZERO, Guesses, corrected, insert, locating, point_at
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
 
 
@@ -113,17 +113,22 @@ class Zeros(Generic[P]):
 
 def locate_test(curve: Curve[P], history: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:
     """Locate the zero of a test function between two points."""
-    point = locate(curve, history, a, b, lambda item: item.tests[test])
+    return corrected(curve, locating_test(curve, history, a, b, kind, test))
+
+
+def locating_test(
+    curve: Curve[P], history: list[P], a: P, b: P, kind: str, test: str, close: float = ZERO.close
+) -> Guesses[Found[P]]:
+    """Search for the zero of a test function between two points."""
+    point = yield from locating(curve, history, a, b, lambda item: item.tests[test], close)
     nearest = min(
         (item for item in history if item.arclength != point.arclength),
         key=lambda item: abs(item.arclength - point.arclength),
     )
     # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
-    gap = nearest.arclength - point.arclength
-    if abs(gap) < 1e-7:
-        slope = (b.tests[test] - a.tests[test]) / (b.arclength - a.arclength)
-    else:
-        slope = (nearest.tests[test] - point.tests[test]) / gap
+    far = abs(nearest.arclength - point.arclength) >= 1e-7
+    first, last = (point, nearest) if far else (a, b)
+    slope = (last.tests[test] - first.tests[test]) / (last.arclength - first.arclength)
     return Found(kind, point, slope)
 
 

@@ -23,6 +23,7 @@ from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import far_above, many_margins
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import evaluate_each, floquet_multipliers
 
@@ -95,6 +96,13 @@ class Solutions:
         result[self.found, :-1] = evaluate_each(self.multipliers[self.found], TESTS[:-1])
         result[self.found, -1] = self.tangents[self.found, -1]
         return result
+
+    def point(self, row: int, orbits: Orbits, arclength: float, residual: float) -> OrbitPoint:
+        """Return one of them as a point of a branch."""
+        place = self.z[row], self.tangents[row], arclength
+        tests = dict(zip(TESTS, self.tests[row].tolist(), strict=True))
+        rest = {"monodromy": self.monodromies[row], "multipliers": self.multipliers[row]}
+        return OrbitPoint(*place, tests, 0, residual, curve=orbits, **rest)
 
 
 @dataclass(frozen=True, eq=False)

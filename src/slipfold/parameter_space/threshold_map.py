@@ -325,7 +325,7 @@ class ThresholdSearch:
         """Return the stable part of a response, None if it ends otherwise than at a doubling."""
         if case.failure or not case.branches[0].stable:
             return None
-        branch, loss = case.branches[0], case.loss
+        loss = (branch := case.branches[0]).loss
         if branch.end != "span" if loss is None else loss.type != "PD":
             return None
         steps = branch.steps if loss is None else branch.steps[:-1]

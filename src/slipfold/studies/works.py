@@ -179,7 +179,7 @@ class LossWork(Work):
         """Return how a response loses its stability; None if it has to be followed individually."""
         if case.failure:
             return None
-        branch, found = case.branches[0], case.loss
+        found = (branch := case.branches[0]).loss
         first, last = self.ends
         if not branch.stable:
             return unstable_from(self.vary, first)

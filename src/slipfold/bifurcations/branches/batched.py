@@ -14,16 +14,14 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.arrays import Array, Complex
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.batched_points import (
-    AtLimit,
     FollowedOrbits,
-    locate_zeros,
+    exact_zeros,
     orbits_at_limits,
-    refine_zeros,
 )
 from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Walk
-from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus, span_end
+from slipfold.bifurcations.branches.bifurcations import is_genuine, span_end
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.make_branch import assemble, describe
 from slipfold.bifurcations.branches.settings import Settings
@@ -33,6 +31,7 @@ from slipfold.bifurcations.branches.switching import emanating_branch
 from slipfold.continuation import curve_set
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
+from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
@@ -43,8 +42,8 @@ from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.first_orbits import SEARCH
 from slipfold.orbits.kinds import ForcedOrbits
-from slipfold.orbits.orbit_batch import ITERATIONS, Converged, OrbitBatch
-from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch
+from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 Report = Callable[[str, float], None]
@@ -67,14 +66,6 @@ class BatchedCase:
     def special(self) -> list[tuple[SpecialPoint, ...]]:
         """Special points of each branch, with normal forms and uncertainties."""
         return [tuple(describe(item) for item in branch.found) for branch in self.branches]
-
-    @property
-    def loss(self) -> Found[OrbitPoint] | None:
-        """The special point at which the first branch loses its stability, None without one."""
-        branch = self.branches[0]
-        around = (item.bracket.unstable for item in branch.located)
-        crossed = zip(branch.found, around, strict=True)
-        return next((found for found, (before, after) in crossed if before == 0 < after), None)
 
     def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
         """Return the branches as data, from the first value of the span."""
@@ -222,37 +213,22 @@ def _locate(
         cases[branch.case].branches.append(branch)
         if not branch.ordinary:
             cases[branch.case].leave(branch.end)
-    ended = [branch for branch in branches if branch.ordinary]
-    zeros = locate_zeros(orbits, [item for branch in ended for item in branch.brackets])
-    items = [item for item in zeros if item is not None]
-    refined = iter(refine_zeros(orbits, items, tolerance))
-    located = iter(zeros)
-    for branch in ended:
-        case = cases[branch.case]
-        for bracket in branch.brackets:
-            item = next(located)
-            zero = None if item is None else next(refined)
-            if item is None or zero is None:
-                case.leave("not located")
-                continue
-            (point,) = _points(branch.orbits, zero[0], [item.arclength], derived=True)
-            before, after = bracket.unstable
-            if not min(span) <= branch.orbits.value(point.z) <= max(span):
-                case.leave("turns outside the span")
-            elif _is_genuine(bracket.kind, point.multipliers):
-                branch.located.append(item)
-                branch.found.append(Found(bracket.kind, point, item.slope))
-                if before == after:
-                    case.leave("not accounted for")
-            elif before != after:
+    within = [(item, branch) for branch in branches if branch.ordinary for item in branch.brackets]
+    zeros = exact_zeros(orbits, [item for item, _ in within], tolerance)
+    for (bracket, branch), found in zip(within, zeros, strict=True):
+        case, (before, after) = cases[branch.case], bracket.unstable
+        if isinstance(found, LostCurveError):
+            case.leave("not located")
+        elif not min(span) <= branch.orbits.value(found.point.z) <= max(span):
+            case.leave("turns outside the span")
+        elif is_genuine(found):
+            branch.found.append(found)
+            if before == 0 < after:
+                branch.loss = branch.loss or found
+            if before == after:
                 case.leave("not accounted for")
-
-
-def _is_genuine(kind: str, multipliers: Complex) -> bool:
-    """Whether a multiplier has its critical value: a neutral saddle has no pair on the circle."""
-    if kind == "NS":
-        return is_torus(multipliers)
-    return bool(np.abs(multipliers - (-1.0 if kind == "PD" else 1.0)).min() < BIFURCATION.on_circle)
+        elif before != after:
+            case.leave("not accounted for")
 
 
 # -- all orbits of branches ------------------------------------------------------------------------
@@ -292,46 +268,31 @@ def _refine_points(
 
 
 def _complete(
-    followed: FollowedOrbits, case: BatchedCase, limit: AtLimit | None, tolerance: float
+    followed: FollowedOrbits, case: BatchedCase, limit: Found | Exception | None, tolerance: float
 ) -> None:
     """Add the points of a branch and its end."""
     branch, arclengths = followed.branch, followed.arclengths
     orbits, count = branch.orbits, len(arclengths)
     if branch.end == "limit":
-        if limit is None or not (limit.orbit.residuals <= tolerance).all():
+        if not (isinstance(limit, Found) and limit.point.residual <= tolerance):
             case.leave("limit not located")
             return
-        if any(item.arclength >= limit.arclength for item in branch.located):
+        reached = limit.point.arclength
+        if any(item.point.arclength >= reached for item in branch.found):
             case.leave("beyond the limit")
-        count = int(np.count_nonzero(arclengths < limit.arclength))  # one too many were followed
+        count = int(np.count_nonzero(arclengths < reached))  # one too many were followed
     inner = followed.orbits.of(slice(count))
     if not (inner.residuals <= tolerance).all():
         case.leave("residual")
     if case.failure:
         return
     branch.points = [] if branch.first is None else [branch.first]
-    branch.points += _points(orbits, inner, arclengths[:count].tolist())
-    if limit is None:
+    known = enumerate(zip(arclengths[:count].tolist(), inner.residuals.tolist(), strict=True))
+    branch.points += [inner.point(row, orbits, *given) for row, given in known]
+    if not isinstance(limit, Found):
         branch.stopped = span_end(orbits, branch.points[-1])
         return
-    branch.points += _points(orbits, limit.orbit, [limit.arclength])
-    broken = orbits.model.limits[limit.limit]
-    reason = broken.reason.format(value=limit.margin + broken.bound)
-    branch.stopped = End("limit", reason, orbits.place(branch.points[-1].z))
-
-
-def _points(
-    orbits: Orbits, found: Converged, arclengths: Sequence[float], *, derived: bool = False
-) -> list[OrbitPoint]:
-    """Return orbits as points of a branch, with test functions if they are derived."""
-    points = []
-    for row, arclength in enumerate(arclengths):
-        own = found.z[row], found.tangents[row], arclength
-        monodromy, residual = found.monodromies[row], float(found.residuals[row])
-        if derived:
-            points.append(orbits.derived_point(*own, monodromy, residual))
-            continue
-        multipliers = found.multipliers[row]
-        rest = {"curve": orbits, "monodromy": monodromy, "multipliers": multipliers}
-        points.append(OrbitPoint(*own, {}, 0, residual, **rest))
-    return points
+    branch.points.append(limit.point)
+    broken = next(item for item in orbits.model.limits if item.name == limit.type)
+    reason = broken.reason.format(value=limit.point.tests[limit.type] + broken.bound)
+    branch.stopped = End("limit", reason, orbits.place(limit.point.z))

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Bracket, Located
+from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Bracket
 from slipfold.bifurcations.branches.stops import STOP
-from slipfold.continuation.interpolation import hermite_each
-from slipfold.continuation.locate import ZERO, BracketedZero
+from slipfold.continuation.locate import ZERO, Guess, Guesses, LostCurveError, corrected_together
 from slipfold.continuation.newton import NEWTON
+from slipfold.continuation.traced_curve import Found
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Converged, OrbitBatch, Solutions
+from slipfold.orbits.orbit_curve import OrbitPoint
 
 Function = Callable[[Sequence[Bracket], Solutions], Array]
 """The function with a zero in each bracket, of an orbit for each, shape (k,)."""
@@ -25,96 +26,76 @@ def critical_values(brackets: Sequence[Bracket], orbits: Solutions) -> Array:
     return np.asarray(orbits.tests[np.arange(len(brackets)), kinds])
 
 
+def _correction(
+    orbits: OrbitBatch, brackets: Sequence[Bracket], function: Function, tolerance: float | None
+) -> Callable[[dict[int, Guess]], dict[int, OrbitPoint | LostCurveError]]:
+    """Return what corrects guesses within brackets, by the flow itself if there is a tolerance."""
+    given = (BATCH.last_step, np.inf) if tolerance is None else (NEWTON.exact, np.inf, EXACTLY)
+
+    def correct(guesses: dict[int, Guess]) -> dict[int, OrbitPoint | LostCurveError]:
+        own, known = [brackets[number] for number in guesses], guesses.values()
+        z, rows = np.array([item.z for item in known]), np.array([item.row for item in known])
+        cases = np.array([item.case for item in own])
+        found = orbits.correct(cases, z, rows, *given)
+        residuals = np.zeros(len(z)) if tolerance is None else orbits.residuals(cases, found.z)
+        values, points = function(own, found), dict[int, OrbitPoint | LostCurveError]()
+        good = np.isfinite(values) & (residuals <= (tolerance or 0.0))
+        for row, (number, guess) in enumerate(guesses.items()):
+            points[number] = LostCurveError("no orbit was found between two others")
+            if good[row]:
+                place = own[row].orbits, guess.arclength, float(residuals[row])
+                points[number] = point = found.point(row, *place)
+                point.tests[own[row].kind] = float(values[row])
+        return points
+
+    return correct
+
+
+Located = list[Found[OrbitPoint] | LostCurveError]
+"""What was found in each bracket, or why nothing was."""
+
+
 def locate_zeros(
     orbits: OrbitBatch,
     brackets: Sequence[Bracket],
     function: Function = critical_values,
     near: float = BATCH.near,
-) -> list[Located | None]:
-    """Locate the zeros within brackets, along their chords; None where that fails."""
-    result: list[Located | None] = [None] * len(brackets)
-    if not brackets:
-        return result
-    z = np.array([item.z for item in brackets])
-    cases = np.array([item.case for item in brackets])
-    chord = z[:, 1] - z[:, 0]
-    lengths = np.sqrt((chord * chord).sum(axis=1))
-    rows = chord / lengths[:, None]
-    slopes = np.array([item.tangents for item in brackets])
-    slopes /= (slopes * rows[:, None]).sum(axis=2)[..., None]  # by the position along the chord
-    zeros = [
-        BracketedZero(length, (float(item.values[0]), float(item.values[1])))
-        for item, length in zip(brackets, lengths.tolist(), strict=True)
-    ]
-    active = list(range(len(brackets)))
-    for _ in range(BATCH.iterations):
-        if not active:
-            break
-        at = np.array([zeros[i].next_guess() for i in active])
-        ends = np.column_stack([np.zeros(len(active)), lengths[active]])
-        guess, _ = hermite_each(ends, z[active], slopes[active], at)
-        off = at - ((guess - z[active, 0]) * rows[active]).sum(axis=1)
-        guess += off[:, None] * rows[active]
-        solutions = orbits.correct(cases[active], guess, rows[active], BATCH.last_step, np.inf)
-        values = function([brackets[i] for i in active], solutions)
-        remaining = []
-        for row, i in enumerate(active):
-            forward, value = float(solutions.tangents[row] @ rows[i]), float(values[row])
-            if not np.isfinite(value) or not forward > 0:
-                continue
-            position = float(at[row])
-            if zeros[i].error(position, value) > near < zeros[i].width:
-                zeros[i].add(position, value)
-                remaining.append(i)
-                continue
-            slope = zeros[i].slope(position, value) * forward  # along the branch, not its chord
-            arclength = float(np.interp(position, (0.0, lengths[i]), brackets[i].arclengths))
-            orbit = solutions.z[row], solutions.tangents[row], solutions.multipliers[row]
-            result[i] = Located(brackets[i], *orbit, slope, arclength)
-        active = remaining
-    return result
+) -> Located:
+    """Locate the zeros within brackets by explicit steps."""
+    searches = [item.locating(near) for item in brackets]
+    return corrected_together(searches, _correction(orbits, brackets, function, None))
 
 
-def refine_zeros(
+def exact_zeros(
     orbits: OrbitBatch,
-    items: Sequence[Located],
+    brackets: Sequence[Bracket],
     tolerance: float,
     function: Function = critical_values,
+    near: float = BATCH.near,
     close: float = ZERO.close,
-) -> list[tuple[Converged, float] | None]:
-    """Return zeros by the flow itself, each with its remaining value; None where that fails.
+) -> Located:
+    """Locate the zeros within brackets by the flow itself."""
+    searches = [_polishing(i, close) for i in locate_zeros(orbits, brackets, function, near)]
+    return corrected_together(searches, _correction(orbits, brackets, function, tolerance))
 
-    Secant steps along the branch end within an arclength `close` of the zero. The remaining value
-    is rounding.
-    """
-    result: list[tuple[Converged, float] | None] = [None] * len(items)
-    cases = np.array([item.bracket.case for item in items])
-    slopes = np.array([item.slope for item in items])
-    z = np.array([item.z for item in items])
-    rows = np.array([item.tangent for item in items])
-    active, before = np.arange(len(items)), np.full(len(items), np.nan)
-    steps = 4  # of which one or two are needed
-    for step in range(steps):
-        if not len(active):
-            break
-        own = cases[active]
-        now = orbits.correct(own, z[active], rows[active], NEWTON.exact, np.inf, EXACTLY)
-        residuals = orbits.residuals(own, now.z)
-        here = Converged(now.z, now.tangents, now.monodromies, residuals)
-        value = function([items[i].bracket for i in active.tolist()], here)
-        fails = ~(np.isfinite(value) & (residuals <= tolerance))
+
+def _polishing(
+    found: Found[OrbitPoint] | LostCurveError, close: float
+) -> Guesses[Found[OrbitPoint]]:
+    """Search within an arclength of a zero by secant steps; the value that is left is rounding."""
+    if isinstance(found, LostCurveError):
+        raise found
+    kind, point, slope, before = found.type, found.point, found.slope, np.nan
+    z, row = point.z, point.tangent
+    for _ in range(BATCH.secants):
+        point = yield Guess(z, row, (), point.arclength)
+        value, row = point.tests[kind], point.tangent
         # The last step gives the slope again, unless rounding is left.
-        ratio = value / before[active]
-        slopes[active] *= np.where(np.abs(ratio) < 0.5, 1 - ratio, 1.0)
-        before[active] = value
-        done = (np.abs(value) <= close * np.abs(slopes[active])) | (step == steps - 1)
-        for row in np.flatnonzero(done & ~fails).tolist():
-            result[active[row]] = here.of(slice(row, row + 1)), float(value[row])
-        more = np.flatnonzero(~done & ~fails)
-        active = active[more]
-        rows[active] = here.tangents[more]
-        z[active] = here.z[more] - (value[more] / slopes[active])[:, None] * rows[active]
-    return result
+        slope *= 1 - value / before if abs(value) < 0.5 * abs(before) else 1.0
+        if abs(value) <= close * abs(slope):
+            break
+        z, before = point.z - value / slope * row, value
+    return Found(kind, point, found.slope)
 
 
 # -- ends at limits of the model ------------------------------------------------------------------
@@ -129,26 +110,12 @@ class FollowedOrbits:
     arclengths: Array
 
 
-@dataclass(frozen=True, eq=False)
-class AtLimit:
-    """The last orbit of a branch, at a limit of the model."""
-
-    orbit: Converged  # this one alone
-    arclength: float
-    limit: int  # index of the limit
-    margin: float  # zero to rounding
-
-
 def orbits_at_limits(
     orbits: OrbitBatch, ended: Sequence[FollowedOrbits], tolerance: float
-) -> dict[BatchedBranch, AtLimit]:
+) -> dict[BatchedBranch, Found[OrbitPoint] | LostCurveError]:
     """Return where branches that end at a limit meet it, as far as that is located."""
-    bracketed, brackets = list[BatchedBranch](), list[Bracket]()
-    for item in ended:
-        bracket = _limit_bracket(orbits, item)
-        if bracket is not None:
-            bracketed.append(item.branch)
-            brackets.append(bracket)
+    known = ((item.branch, _limit_bracket(orbits, item)) for item in ended)
+    brackets = {branch: bracket for branch, bracket in known if bracket is not None}
     names = [limit.name for limit in orbits.model.limits]
 
     def margin(brackets: Sequence[Bracket], solutions: Solutions) -> Array:
@@ -156,15 +123,9 @@ def orbits_at_limits(
         each = orbits.margins(np.array([item.case for item in brackets]), solutions.z)
         return np.asarray(each[np.arange(len(which)), which])
 
-    near = zip(bracketed, locate_zeros(orbits, brackets, margin, STOP.limit_close), strict=True)
-    located = [(branch, item) for branch, item in near if item is not None]
-    items = [item for _, item in located]
-    zeros = refine_zeros(orbits, items, tolerance, margin, STOP.limit_close)
-    return {
-        branch: AtLimit(zero[0], item.arclength, names.index(item.bracket.kind), zero[1])
-        for (branch, item), zero in zip(located, zeros, strict=True)
-        if zero is not None
-    }
+    close = STOP.limit_close
+    zeros = exact_zeros(orbits, [*brackets.values()], tolerance, margin, close, close)
+    return dict(zip(brackets, zeros, strict=True))
 
 
 def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits) -> Bracket | None:
@@ -201,4 +162,5 @@ def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits) -> Bracket | No
         return None
     index = int(broken[0])
     name, values = orbits.model.limits[index].name, margins[-2:, index]
-    return Bracket(case, name, z[-2:], tangents[-2:], arclengths[-2:], values)
+    known = z[-2:], tangents[-2:], arclengths[-2:], values
+    return Bracket(case, followed.branch.orbits, name, *known)

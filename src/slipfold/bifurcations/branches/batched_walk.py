@@ -10,16 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.bifurcations.branches.closed_branches import CLOSING
 from slipfold.bifurcations.branches.stops import STOP
+from slipfold.continuation.curve import Point
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, lengths_of
-from slipfold.continuation.search import Interpolated, arclengths_between, interpolation_weights
+from slipfold.continuation.locate import Guesses
+from slipfold.continuation.search import (
+    Interpolated,
+    arclengths_between,
+    interpolation_weights,
+    locating_test,
+)
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found
@@ -49,8 +56,8 @@ class BatchRules:
     last_step: float = 1e-6
     # Distance from a zero at which secant steps with the flow itself begin
     near: float = 1e-7
-    # Maximum number of points; the flow itself needs one or two more
-    iterations: int = 12
+    # Maximum number of these; one or two are needed
+    secants: int = 4
     # Orbits at the end of a branch between which a limit may lie: near a singularity explicit steps
     # are too inexact to show on which side of it they lie
     last: int = 3
@@ -93,8 +100,8 @@ class BatchedBranch:
     stable: bool = False  # whether the first orbit is; not known of one that begins on another
     end: str = ""  # "span", "limit", "loss" of stability, or why it was left
     brackets: list[Bracket] = field(default_factory=list)  # of its bifurcations, in order
-    located: list[Located] = field(default_factory=list)  # its bifurcations, in order
-    found: list[Found[OrbitPoint]] = field(default_factory=list)  # the same, by the flow itself
+    found: list[Found[OrbitPoint]] = field(default_factory=list)  # its bifurcations, in order
+    loss: Found[OrbitPoint] | None = None  # the one at which it loses its stability
     # Of complete branches alone: all points, and the end in words
     points: list[OrbitPoint] = field(default_factory=list)
     stopped: End | None = None
@@ -110,6 +117,7 @@ class Bracket:
     """Two neighboring points of a branch between which a function changes its sign."""
 
     case: int
+    orbits: Orbits
     kind: str
     z: Array  # shape (2, u)
     tangents: Array  # shape (2, u)
@@ -117,17 +125,13 @@ class Bracket:
     values: Array  # of the function, shape (2,)
     unstable: tuple[int, int] = (0, 0)  # multipliers outside the unit circle at either
 
-
-@dataclass(frozen=True, eq=False)
-class Located:
-    """A zero within a bracket."""
-
-    bracket: Bracket
-    z: Array  # shape (u,)
-    tangent: Array  # shape (u,)
-    multipliers: NDArray[np.complex128]  # shape (n,)
-    slope: float  # of the function along the branch
-    arclength: float
+    def locating(self, close: float) -> Guesses[Found[Any]]:
+        """Search for the zero between them, of a test of points that is called as its kind."""
+        curve: Any = self.orbits
+        tests = [{self.kind: value} for value in self.values.tolist()]
+        parts = zip(self.z, self.tangents, self.arclengths.tolist(), tests, strict=True)
+        a, b = (Point(*part, 0, np.nan) for part in parts)
+        return locating_test(curve, [a, b], a, b, self.kind, self.kind, close)
 
 
 class Walk(FrontEquations):
@@ -308,6 +312,7 @@ class Walk(FrontEquations):
         branch, last = self._branches[number], front.arclengths[number, -1]
         bracket = Bracket(
             branch.case,
+            branch.orbits,
             TESTS[test],
             np.array([front.z[number, -1], result.z[row]]),
             np.array([front.tangents[number, -1], result.tangents[row]]),

@@ -201,7 +201,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         return [
             item
             for item in found
-            if (self.is_genuine(item) or _is_seen(item, a, b)) and not _undamped(item, a, b)
+            if (is_genuine(item) or _is_seen(item, a, b)) and not _undamped(item, a, b)
         ]
 
     def _branch_point(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> Found:
@@ -281,18 +281,6 @@ class Bifurcations(Zeros[OrbitPoint]):
             max(abs(before), abs(after)) > BIFURCATION.noise
             or max(map(off, (a, b))) > BIFURCATION.noise
         )
-
-    def is_genuine(self, found: Found) -> bool:
-        """Whether a multiplier is where the type says.
-
-        A neutral saddle has real multipliers whose product is one. Beside a multiplier of 1e7,
-        rounding may change the sign of a test function where nothing is on the unit circle.
-        """
-        values = found.point.multipliers
-        if found.type in PAIRED:
-            return is_torus(values)
-        critical = BIFURCATION_TYPES[found.type].critical
-        return bool(np.abs(values - critical).min(initial=np.inf) < BIFURCATION.on_circle)
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -480,6 +468,19 @@ def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     steepest = max(abs(a.tests["LP"]), abs(b.tests["LP"]))
     vanished = abs(found.point.tests["LP"]) < BIFURCATION.vanished * steepest
     return found.type == "LP" and vanished and not _stands(a, b)
+
+
+def is_genuine(found: Found) -> bool:
+    """Whether a multiplier is where the type says.
+
+    A neutral saddle has real multipliers whose product is one. Beside a multiplier of 1e7,
+    rounding may change the sign of a test function where nothing is on the unit circle.
+    """
+    values = found.point.multipliers
+    if found.type in PAIRED:
+        return is_torus(values)
+    critical = BIFURCATION_TYPES[found.type].critical
+    return bool(np.abs(values - critical).min(initial=np.inf) < BIFURCATION.on_circle)
 
 
 def _turns(found: Found) -> bool:

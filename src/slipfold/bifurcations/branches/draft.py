@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.batched_points import locate_zeros
-from slipfold.bifurcations.branches.batched_walk import Bracket, Located
+from slipfold.bifurcations.branches.batched_walk import Bracket
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import polynomial
+from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.traced_curve import Found
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.kinds import ForcedOrbits
@@ -235,7 +237,7 @@ class _Draft:
 
     # -- special points ----------------------------------------------------------------------------
 
-    def _located(self, curve: _Curve, special: Sequence[SpecialPoint]) -> list[Located] | None:
+    def _located(self, curve: _Curve, special: Sequence[SpecialPoint]) -> list[Found] | None:
         """Locate all special points; None if they are not those that the branch had."""
         s, unstable = curve.arclength, (np.abs(curve.multipliers) > 1).sum(axis=1)
         brackets = list[Bracket]()
@@ -245,18 +247,19 @@ class _Draft:
                 values = curve.tests[ends, TESTS.index(kind)]
                 if abs(after - before) == change and values[0] * values[1] < 0:
                     parts = curve.z[ends], curve.tangents[ends], s[ends], values
-                    brackets.append(Bracket(0, kind, *parts, (before, after)))
+                    brackets.append(Bracket(0, self.orbits, kind, *parts, (before, after)))
         if [item.kind for item in brackets] != [item.type for item in special] or _may_hide(curve):
             return None
         length = float(s[-1])
         batch, near = OrbitBatch.of_branch(self.orbits), 1e-3 * DRAFT.distinct * length
-        located = [item for item in locate_zeros(batch, brackets, near=near) if item is not None]
-        apart = np.diff([item.arclength for item in located])
+        zeros = locate_zeros(batch, brackets, near=near)
+        located = [item for item in zeros if not isinstance(item, LostCurveError)]
+        apart = np.diff([item.point.arclength for item in located])
         failed = len(located) < len(brackets) or (apart < DRAFT.distinct * length).any()
         return None if failed else located
 
     def _normal_forms(
-        self, special: Sequence[SpecialPoint], located: Sequence[Located]
+        self, special: Sequence[SpecialPoint], located: Sequence[Found]
     ) -> list[tuple[float, str | None]] | None:
         """Return coefficients and criticality; None if the number of folds changes.
 
@@ -264,10 +267,8 @@ class _Draft:
         """
         forms = []
         for item, at in zip(special, located, strict=True):
-            monodromy = self.orbits.linearize(at.z).monodromy
-            given = at.z, at.tangent, item.arclength, monodromy, np.nan
             try:
-                form = normal_form(self.orbits, self.orbits.derived_point(*given), item.type)
+                form = normal_form(self.orbits, at.point, item.type)
             except np.linalg.LinAlgError:
                 return None  # a second multiplier is critical
             if item.type == "PD" and item.leads_to is not None and form[1] != item.criticality:
@@ -279,7 +280,7 @@ class _Draft:
         self,
         curve: _Curve,
         special: Sequence[SpecialPoint],
-        located: Sequence[Located],
+        located: Sequence[Found],
         forms: Sequence[tuple[float, str | None]],
         complete: bool,
     ) -> Branch:
@@ -296,13 +297,13 @@ class _Draft:
             special=tuple(
                 replace(
                     item,
-                    model=orbits.model_at(at.z),
-                    value=orbits.value(at.z),
+                    model=orbits.model_at(at.point.z),
+                    value=orbits.value(at.point.z),
                     uncertainty=np.nan,
-                    nodes=orbits.nodes(at.z),
-                    multipliers=at.multipliers,
+                    nodes=orbits.nodes(at.point.z),
+                    multipliers=at.point.multipliers,
                     residual=np.nan,
-                    arclength=at.arclength,
+                    arclength=at.point.arclength,
                     coefficient=coefficient,
                     criticality=criticality,
                 )
