@@ -30,6 +30,7 @@ from slipfold import (
 )
 
 I2, K2 = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]])
+EMPTY = np.diag([1.0, 0.0])
 SKEW = np.array([[2.0, -1.0], [-0.5, 1.0]])
 
 
@@ -61,6 +62,24 @@ BAD = {
         lambda: make(triangles="lower"), """triangles = 'lower' is not known; give "symmetric" or"""
     ),
     "mass not symmetric": (lambda: make(M=SKEW), "M is not symmetric: row 1, column 2 is -1"),
+    "no mass at all": (lambda: make(M=np.zeros((2, 2))), "M is zero; give at least one"),
+    "no mass, no stiffness": (
+        lambda: make(M=EMPTY, K=EMPTY), "q2 has neither mass nor stiffness; give it one of them"
+    ),
+    "no mass, K not symmetric": (lambda: make(M=EMPTY, K=SKEW), "condensation of q2, which has no"),
+    "damped without mass": (lambda: make(M=EMPTY, C=I2), "C damps q2, which has no mass; give"),
+    "contact without mass": (
+        lambda: make(M=EMPTY, contacts=FrictionContact("q2")), "contacts act at q2, which has no"
+    ),
+    "watched force without mass": (
+        lambda: make(M=EMPTY, forcing=HarmonicForce("q2"), watch={"u": "q2"}),
+        "q2 has no mass and moves statically with the force at q2",
+    ),
+    "loose without mass": (
+        lambda: make(M=np.diag([1.0, 0, 0]), K=np.array([[1.0, 0, 0], [0, 1, -1], [0, -1, 1]])),
+        "degrees of freedom without mass can move without force",
+    ),
+    "half a mass": (lambda: make(M=np.array([[1, 1], [1, 0]])), "the mass of q2 is 0 kg, and oth"),
     "singular mass": (lambda: make(M=np.ones((2, 2))), "some displacement has no mass"),
     "negative mass": (lambda: make(M=np.array([[1, 2], [2, 1]])), "or a negative one"),
     "large singular mass": (

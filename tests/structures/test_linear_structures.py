@@ -140,3 +140,24 @@ def test_large_sparse_structures(reduction):
     assert report.whole == size
     if reduction == ModalReduction(up_to=4e-3):
         assert len(model.states) == 2 * np.sum(exact <= 4e-3)
+
+
+@pytest.mark.parametrize("reduction", [None, ModalReduction(4), CraigBampton("w2", modes=3)])
+def test_massless_rotations_are_condensed(reduction):
+    # A beam with lumped masses: its rotations follow the deflections, as the full solution says.
+    m, k, names = cantilever(4)
+    m = np.diag(np.where([name[0] == "w" for name in names], 0.25, 0.0))
+    load, f = {"r1": 0.3, "w4": 1.0}, 0.4
+    model = Structure(
+        m, ProportionalDamping(beta_K=0.05), k, names=names, reduction=reduction,
+        forcing=HarmonicForce(load, F=2.0), watch={"u": "w3"}, f=f,
+    )  # fmt: skip
+    assert model.notes == ("without mass, condensed statically: 4 (r1, r2, r3, r4)",)
+    assert len(model.states) == 8
+    stiffness = (1 + 2j * np.pi * f * 0.05) * k
+    vector = [2.0 * load.get(name, 0.0) for name in names]
+    full = np.linalg.solve(stiffness - (2 * np.pi * f) ** 2 * m, vector)
+    found = model.evaluate("u", periodic_orbit(model).state)
+    assert found == pytest.approx(full[names.index("w3")].real, rel=1e-9)
+    lowest = np.sqrt(1 / np.linalg.eigvals(np.linalg.solve(k, m)).real.max()) / (2 * np.pi)
+    assert model.natural_frequencies[0] == pytest.approx(lowest, rel=1e-10)

@@ -1,9 +1,11 @@
 """Matrices from files of every kind, and files that cannot be read."""
 
+import sys
+
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.io import mmwrite, savemat
+from scipy.io import hb_write, mmwrite, savemat
 
 from slipfold import InputError, Structure
 
@@ -31,22 +33,33 @@ HALVES = {
 """What finite-element programs write: one triangle of a symmetric matrix."""
 
 
-@pytest.mark.parametrize(
-    "order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]], ids=["lower", "upper", "mixed"]
-)
-@pytest.mark.parametrize("write", HALVES.values(), ids=HALVES)
-def test_triangles_are_completed_or_refused(tmp_path, write, order):
+ORDERS = {"lower": [0, 1, 2], "upper": [2, 1, 0], "mixed": [1, 2, 0]}
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("kind", HALVES)
+def test_triangles_are_completed_or_refused(tmp_path, kind, order):
     # Three masses in a row, fixed at one end: eigenvalues of the chain (Rayleigh), 4 sin^2(pi/14).
     full = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    order, side = ORDERS[order], order
     half = np.tril(full)[np.ix_(order, order)]
-    given = write(half, tmp_path)
-    given = next(tmp_path.iterdir()) if given is None else given
-    for triangle, name in ((given, "K"), (half, "C")):
+    given = HALVES[kind](half, tmp_path)
+    filed = given is None
+    given = next(tmp_path.iterdir()) if filed else given
+    expected = Structure(np.eye(3), None, full[np.ix_(order, order)])
+    assert expected.notes == ()
+    if filed and side != "mixed":  # as programs write it
+        model = Structure(np.eye(3), None, given)
+        assert model == expected
+        assert model.notes == (f"K was given by its {side} triangle and is completed",)
+        assert model.replace(duration=2).notes == model.notes
+    refused = [(half, "C")] if filed and side != "mixed" else [(half, "C"), (given, "K")]
+    for triangle, name in refused:
         matrices = {"M": np.eye(3), "K": full, name: triangle}
         with pytest.raises(InputError, match=rf"^{name} has one entry of each mirrored pair only"):
             Structure(**matrices)
     model = Structure(np.eye(3), None, given, triangles="symmetric")
-    assert model == Structure(np.eye(3), None, full[np.ix_(order, order)])
+    assert model == expected
     lowest = 2 * np.sin(np.pi / 14) / (2 * np.pi)
     np.testing.assert_allclose(model.natural_frequencies[0], lowest, rtol=1e-12)
     whole = Structure(np.eye(3), half, given, triangles="whole")
@@ -62,6 +75,10 @@ def test_a_triangle_in_a_structure_file(tmp_path):
     path.write_text(text)
     with pytest.raises(InputError, match="line 2, column 5: M has one entry of each mirrored pair"):
         Structure.from_toml(path)
+    path.write_text(text.replace("0.1", "0"))
+    assert Structure.from_toml(path).notes == (
+        "K was given by its lower triangle and is completed",
+    )
     path.write_text(f'{text}triangles = "symmetric"\n')
     mass = np.array([[1, 0.1], [0.1, 2]])
     assert Structure.from_toml(path) == Structure(mass, None, K, name="frame", title="")
@@ -70,11 +87,71 @@ def test_a_triangle_in_a_structure_file(tmp_path):
         Structure.from_toml(path)
 
 
+BOEING = """\
+A chain of three masses, as ANSYS writes it                            CHAIN
+             4             1             1             2             0
+RSA                        3             3             5             0
+(8I3)           (8I3)           (1P,4D12.5)         (1P,4D12.5)
+  1  3  5  6
+  1  2  2  3  3
+ 2.00000D+00-1.00000D+00 2.00000D+00-1.00000D+00
+ 1.00000D+00
+"""
+CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+ABAQUS = "** stiffness\n1, 1, 2.0\n2, 1, -1.0\n2, 2, 2.0\n3, 2, -1.0\n3, 3, 1.0\n"
+
+
+def test_what_finite_element_programs_write(tmp_path):
+    expected = Structure(np.eye(3), None, CHAIN)
+    (tmp_path / "K.hb").write_text(BOEING)
+    assert Structure(np.eye(3), None, tmp_path / "K.hb") == expected
+    hb_write(tmp_path / "K.rb", sparse.csc_matrix(CHAIN))
+    assert Structure(np.eye(3), None, tmp_path / "K.rb") == expected
+    (tmp_path / "K.mtx").write_text(ABAQUS)
+    model = Structure(np.eye(3), None, tmp_path / "K.mtx")
+    assert model == expected
+    assert model.notes == ("K was given by its lower triangle and is completed",)
+
+
+def test_nastran_files(tmp_path, monkeypatch):
+    path = tmp_path / "all.op4"
+    monkeypatch.setitem(sys.modules, "pyyeti.nastran", None)
+    path.write_text("")
+    with pytest.raises(InputError, match=r"install slipfold\[nastran\], or save the matrix as"):
+        Structure(path, None, path)
+    monkeypatch.undo()
+    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    op4.write(str(path), {"MAA": np.eye(3), "KAA": sparse.csc_matrix(CHAIN)}, binary=False)
+    assert Structure(path, None, path) == Structure(np.eye(3), None, CHAIN)
+
+
+def test_names_in_a_table(tmp_path):
+    table = tmp_path / "nodes.csv"
+    table.write_text("\ufeffnode, direction, name\n17, uz,\npad, uz,\n3, ry, tilt\n")
+    model = Structure(np.eye(3), None, CHAIN, names=table)
+    assert [state.name for state in model.states[:3]] == ["uz17", "uz_pad", "tilt"]
+    text = "[structure]\nM = { diagonal = [1, 1, 1] }\nK = { diagonal = [1, 1, 1] }\nnames = "
+    (tmp_path / "frame.toml").write_text(f'{text}"nodes.csv"\n')
+    assert Structure.from_toml(tmp_path / "frame.toml").structure["names"][1] == "uz_pad"
+    for content, words in {
+        "knot,direction\n": "has the columns knot, direction; its first row must hold node and",
+        "node,direction\n1,uz\n,ux\n": "neither a name nor a node with a direction in line 3",
+        "node,direction\n1,uz\n1,uz\n2,uz\n": "two degrees of freedom are called uz1",
+    }.items():
+        table.write_text(content)
+        with pytest.raises(InputError, match=words):
+            Structure(np.eye(3), None, CHAIN, names=table)
+    with pytest.raises(InputError, match="does not exist or is not a file; give the path of a tab"):
+        Structure(np.eye(3), None, CHAIN, names=tmp_path / "no.csv")
+
+
 def files(path):
     np.savez(path / "other.npz", stiff=K, mess=M)
     np.savez(path / "objects.npz", K=np.array([{}], dtype=object))
     (path / "broken.npz").write_bytes(b"no archive")
     (path / "broken.mtx").write_text("%%MatrixMarket matrix coordinate real general\n2 2 x\n")
+    (path / "table.mtx").write_text("1 2\n")
+    (path / "broken.hb").write_text(BOEING.replace("RSA", "CSA"))
     (path / "broken.mat").write_bytes(b"\0" * 200)
     (path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 400)
     (path / "matrix.txt").write_text("1 2 3")
@@ -90,6 +167,8 @@ def files(path):
     ("objects.npz", "cannot be read as a .npz file"),
     ("broken.npz", "cannot be read as a .npz file"),
     ("broken.mtx", "cannot be read as a .mtx file"),
+    ("table.mtx", "it has no Matrix Market header and 2 numbers a row"),
+    ("broken.hb", "its type is CSA; real assembled matrices (RSA, RUA) are read"),
     ("broken.mat", "cannot be read as a .mat file"),
     ("new.mat", "MATLAB file of version 7.3"),
 ])  # fmt: skip

@@ -141,7 +141,7 @@ def test_matrices_lie_beside_the_file(kind, file):
         # Matrices.
         ("[structure]", "[structur]", "line 2, column 1: a structure has no entry 'structur'; did"),
         ("M = { diagonal = [1, 2] }", "", "line 2, column 1: structure has no M; give it"),
-        ("[1, 2]", "[1, 0]", "line 3, column 5: M is singular or not positive definite: the mass "),
+        ("[1, 2]", "[1, -1]", "line 3, column 5: M is not positive definite: the mass of tip "),
         ("[1, 2]", '[1, "a"]', "line 3, column 22: structure.M.diagonal[1] is a text"),
         ("diagonal", "diag", "line 3, column 7: structure.M has no entry 'diag'; did you"),
         ("{ diagonal = [1, 2] }", "{}", "column 5: structure.M has no diagonal; give"),
@@ -201,7 +201,7 @@ def test_matrices_are_read_from_below_the_folder_only(name, file):
     np.savez(file.parent / "M.npz", M=np.eye(2))
     np.savez(file.parent.parent / "M.npz", M=np.eye(2))
     file.write_text(TEXT.replace("{ diagonal = [1, 2] }", f'"{name}"'))
-    with pytest.raises(InputError, match="leads out of the folder of this file; put the matrix"):
+    with pytest.raises(InputError, match="leads out of the folder of this file; put the file"):
         sf.Structure.from_toml(file)
 
 

@@ -165,6 +165,8 @@ class Model(ABC):
     limits: tuple[Limit, ...] = ()
     forcing_amplitude: str | None = None
     """Name of the parameter that switches the forcing off where it is zero."""
+    notes: tuple[str, ...] = ()
+    """What was done to the input to make it a model, one sentence each."""
     _values: Mapping[str, float]
     _estimated_scales: Array | None = None
     """Estimated scales of the states; models that differ in them alone are equal."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,7 +39,10 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
         value = exact.get(friction.lower(), friction)
         law = Source({}, "--friction").read(read_law, value, ("--friction",))
     if given.endswith(".toml"):
-        return model_of_file(given, changes, law)
+        model = model_of_file(given, changes, law)
+        for note in model.notes:
+            print(f"slipfold: {given}: {note}", file=sys.stderr)
+        return model
     return model_named(given, **with_law(given, law), **changes)
 
 

@@ -30,7 +30,12 @@ from slipfold.models.structures.component import (
 )
 from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.definition import Definition
-from slipfold.models.structures.matrices import MATRICES, Damping, lowest_modes
+from slipfold.models.structures.matrices import (
+    MATRICES,
+    Damping,
+    lowest_modes,
+    static_shapes,
+)
 from slipfold.models.structures.receptance import FullStructure
 from slipfold.models.structures.reduction import Reduced, ReductionReport
 
@@ -104,7 +109,8 @@ class Assembly:
     def _retain(self) -> None:
         """Take over names, matrices and basis of the retained coordinates."""
         item, reduced = self.definition, self.reduced
-        self.names = reduced.names if reduced else item.names
+        moving = np.setdiff1d(np.arange(item.M.size), item.M.empty)
+        self.names = reduced.names if reduced else tuple(item.names[at] for at in moving)
         if len(self.names) > MAX_DEGREES:
             raise InputError(
                 f"the structure has {len(self.names)} degrees of freedom; orbits of more than "
@@ -112,11 +118,12 @@ class Assembly:
                 "accuracy=1e-3) with the highest frequency f in Hz that matters, or fewer modes"
             )
         if reduced is None:
-            self.basis, self.mass, self.stiffness = (
-                np.eye(item.M.size),
-                item.M.dense(),
-                item.K.dense(),
-            )
+            self.basis = static_shapes(item.K.dense(), moving)
+            self.mass = item.M.part(moving).dense()
+            self.stiffness = item.K.dense()
+            if item.massless:
+                condensed = self.stiffness[moving] @ self.basis
+                self.stiffness = (condensed + condensed.T) / 2
             return
         few = reduced.coordinates
         self.basis = few.shapes

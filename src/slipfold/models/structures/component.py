@@ -67,14 +67,16 @@ class Direction:
 
     def vector(self, names: Sequence[str]) -> Array:
         """Return the weights in the order of the degrees of freedom, shape (n,)."""
-        weights = dict(self.weights)
-        for name in weights:
-            if name not in names:
+        places = {name: place for place, name in enumerate(names)}
+        vector = np.zeros(len(names))
+        for name, weight in self.weights:
+            if name not in places:
                 raise InputError(
                     f"the structure has no degree of freedom {brief(name)}; {suggest(name, names)}"
                     f"it has {listed(names)}"
                 )
-        return np.array([weights.get(name, 0.0) for name in names])
+            vector[places[name]] = weight
+        return vector
 
 
 def as_direction(value: Any, title: str) -> Direction:

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from slipfold.errors import InputError, about
 from slipfold.models.quantities import check_state_name
@@ -30,6 +34,7 @@ from slipfold.models.structures.matrices import (
     check_mass,
     require_symmetric,
 )
+from slipfold.models.structures.matrix_files import read_names
 from slipfold.models.structures.reduction import Reduction
 from slipfold.models.structures.springs import (
     CubicSpring,
@@ -39,6 +44,7 @@ from slipfold.models.structures.springs import (
     PolynomialSpring,
 )
 from slipfold.models.units import parse_quantity
+from slipfold.text import listed
 
 COMPONENTS: dict[str, tuple[type[Component], ...]] = {
     "elements": (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring),
@@ -72,6 +78,25 @@ class Definition:
     def components(self) -> tuple[Component, ...]:
         """Elements, contacts and forcing."""
         return (*self.elements, *self.contacts, *self.forcing)
+
+    @cached_property
+    def massless(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom without mass, which are condensed statically."""
+        return tuple(self.names[place] for place in self.M.empty)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the input, one sentence each."""
+        matrices = {name: getattr(self, name) for name in ("M", "C", "K")}
+        notes = [
+            f"{name} was given by its {matrix.completed} triangle and is completed"
+            for name, matrix in matrices.items()
+            if isinstance(matrix, Matrix) and matrix.completed
+        ]
+        if self.massless:
+            count, named = len(self.massless), listed(self.massless)
+            notes.append(f"without mass, condensed statically: {count} ({named})")
+        return tuple(notes)
 
 
 def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
@@ -111,7 +136,53 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
         name=_checked_line(given, "name") or "structure",
         title=_checked_line(given, "title"),
     )
+    if definition.massless:
+        _check_massless(definition)
     return definition, values
+
+
+def _check_massless(item: Definition) -> None:
+    """Refuse what needs the motion of degrees of freedom without mass, which forces alone give."""
+    empty = item.M.empty
+    first = item.names[empty[0]]
+    with about("structure", "K"):
+        why = f"the static condensation of {first}, which has no mass, needs a symmetric one"
+        require_symmetric(item.K, "K", why)
+        loose = np.intersect1d(empty, item.K.empty)
+        if len(loose):
+            raise InputError(
+                f"{item.names[loose[0]]} has neither mass nor stiffness; give it one of them, or "
+                "leave it out of the matrices"
+            )
+    if isinstance(item.C, Matrix) and np.isin(empty, item.C.rows).any():
+        with about("structure", "C"):
+            raise InputError(
+                f"C damps {item.names[empty[np.isin(empty, item.C.rows)][0]]}, which has no mass; "
+                "give it a mass, or ProportionalDamping or ModalDamping in place of C"
+            )
+    loaded = _massless_in(item.forcing, item)
+    for key, parts in (("elements", item.elements), ("contacts", item.contacts)):
+        if held := _massless_in(parts, item):
+            with about(key):
+                raise InputError(
+                    f"{key} act at {held}, which has no mass; give it a mass, or let them act at "
+                    "one that has"
+                )
+    watched = (name for _, direction in item.watch for name, _ in direction.weights)
+    shown = next((name for name in watched if name in item.massless), "")
+    if loaded and shown:
+        with about("watch"):
+            raise InputError(
+                f"{shown} has no mass and moves statically with the force at {loaded}, which has "
+                f"none either; watch a degree of freedom with mass, or give {loaded} a mass"
+            )
+
+
+def _massless_in(parts: Iterable[Component], item: Definition) -> str:
+    """Return the first degree of freedom without mass on which components act."""
+    held = set(item.massless)
+    directions = (one for part in parts if not part.inertial for one in part._directions if one)
+    return next((name for one in directions for name, _ in one.weights if name in held), "")
 
 
 def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
@@ -153,6 +224,8 @@ def _checked_names(names: Any, size: int) -> tuple[str, ...]:
     """Return the names of the degrees of freedom."""
     if names is None:
         return tuple(f"q{position}" for position in range(1, size + 1))
+    if isinstance(names, Path) or (isinstance(names, str) and names.endswith(".csv")):
+        names = read_names(Path(names))
     given = tuple(_iterated(names.split() if isinstance(names, str) else names))
     if len(given) != size:
         raise InputError(
@@ -165,8 +238,9 @@ def _checked_names(names: Any, size: int) -> tuple[str, ...]:
                 "digits and _, a letter first"
             )
         check_state_name(name, "a degree of freedom")
-        if given.count(name) > 1:
-            raise InputError(f"two degrees of freedom are called {name}; rename one")
+    if len(set(given)) < size:
+        name = next(name for name, count in Counter(given).items() if count > 1)
+        raise InputError(f"two degrees of freedom are called {name}; rename one")
     return given
 
 

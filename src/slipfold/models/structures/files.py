@@ -31,21 +31,20 @@ from slipfold.models.structures.matrices import (
     Matrix,
     ModalDamping,
     ProportionalDamping,
-    read_matrix,
 )
+from slipfold.models.structures.matrix_files import read_matrix
 from slipfold.models.structures.reduction import CraigBampton, FreeInterface, ModalReduction
 
 FORM = (
-    "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "
-    ".mat or Matrix Market file in the same folder"
+    "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a file such as "
+    "K.mtx in the same folder"
 )
 
 
 def _matrix(given: Any, info: ValidationInfo) -> Any:
     """Return the rows of a matrix; validation has the folder of the file as its context."""
-    name = str(info.field_name)
     if isinstance(given, str):
-        return _from_file(given, name, info.context)
+        return _beside(given, info.context)
     if isinstance(given, Mapping) and "entries" in given:
         return _from_entries(given)
     if isinstance(given, Mapping):
@@ -77,16 +76,23 @@ def _row(given: Any, key: str) -> list[float]:
         raise WrongEntry("has a number beyond floats; give finite numbers", path=[key]) from None
 
 
-def _from_file(given: str, name: str, folder: Path | None) -> Any:
+def _beside(given: str, folder: Path | None) -> Path:
+    """Return the path of a file in the folder of this one."""
     if folder is None:
         raise WrongEntry("is the name of a file, but this text is in none; write the matrix")
     absolute = PurePosixPath(given).is_absolute() or PureWindowsPath(given).anchor
     if absolute or ".." in PureWindowsPath(given).parts or not given.isprintable():
         raise WrongEntry(
-            f"= {given[:80]!r} leads out of the folder of this file; put the matrix there and give "
+            f"= {given[:80]!r} leads out of the folder of this file; put the file there and give "
             "its name"
         )
-    return read_matrix(folder / given, name)
+    return folder / given
+
+
+def _names(given: Any, info: ValidationInfo) -> Any:
+    """Return names, or the path of a table that has them."""
+    is_file = isinstance(given, str) and given.endswith(".csv")
+    return _beside(given, info.context) if is_file else given
 
 
 def _from_entries(given: Mapping[str, Any]) -> Any:
@@ -113,7 +119,7 @@ def _samples(given: Any, folder: Path | None) -> Any:
     """Return the samples of a tabulated force."""
     if not isinstance(given, str):
         return given
-    values = np.asarray(_from_file(given, "samples", folder))
+    values = np.asarray(read_matrix(_beside(given, folder), "samples"))
     if values.dtype.kind not in "fiu" or values.size != max(values.shape, default=0):
         raise WrongEntry(f"= {given!r} holds no row of numbers; save one period of the force")
     return values.ravel().tolist()
@@ -152,7 +158,7 @@ class MatricesTable(Table):
     C: MatrixEntry = None
     K: MatrixEntry
     triangles: Any = None
-    names: Any = None
+    names: Annotated[Any, BeforeValidator(_names)] = None
     length_scale: Any = 1.0
 
 

@@ -1,100 +1,24 @@
-"""Matrices of a structure: from arrays and files, checked, compared by content; their modes."""
+"""Matrices of a structure: checked, completed, compared by content; their modes."""
 
 from __future__ import annotations
 
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.parametric import Parametric, described, structural
 from slipfold.models.quantities import Parameter, nonnegative
+from slipfold.models.structures.matrix_files import read_matrix
 from slipfold.models.units import parse_quantity
-from slipfold.text import listed
-
-
-def read_matrix(path: Path, name: str) -> Any:
-    """Read one matrix from a file."""
-    ending = "".join(path.suffixes[-2:]).lower() if path.suffix == ".gz" else path.suffix.lower()
-    if ending not in _READERS:
-        raise InputError(
-            f"{path} ends in {ending or 'nothing'}, which is not known for matrices; give a file "
-            f"that ends in {', '.join(_READERS)}"
-        )
-    if not path.is_file():
-        raise InputError(
-            f"{path} does not exist or is not a file; give the path of a matrix {name}"
-        )
-    try:
-        content = _READERS[ending](path)
-        return content[_chosen(content, path, name)] if isinstance(content, dict) else content
-    except InputError:
-        raise
-    except NotImplementedError as error:
-        raise InputError(
-            f"{path} is a MATLAB file of version 7.3, which cannot be read; save it in MATLAB with "
-            "the option -v7"
-        ) from error
-    # Damaged files make the readers fail in many ways; a message says more than a traceback.
-    except Exception as error:
-        why = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise InputError(
-            f"{path} cannot be read as a {ending} file ({why}); save the matrix {name} again"
-        ) from error
-
-
-def _read_npz(path: Path) -> Any:
-    # NumPy leaves a file that it opened and cannot read open.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-        if "format" in archive.files:
-            from scipy.sparse import load_npz
-
-            return load_npz(path)
-        return dict(archive)
-
-
-def _read_mat(path: Path) -> Any:
-    from scipy.io import loadmat
-
-    return {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
-
-
-def _read_market(path: Path) -> Any:
-    from scipy.io import mmread
-
-    return mmread(path)
-
-
-_READERS: dict[str, Callable[[Path], Any]] = {
-    ".npz": _read_npz,
-    ".npy": partial(np.load, allow_pickle=False),
-    ".mat": _read_mat,
-    ".mtx": _read_market,
-    ".mtx.gz": _read_market,
-}
-
-
-def _chosen(names: Collection[str], path: Path, name: str) -> str:
-    """Return the name of the matrix among the variables of a file."""
-    if len(names) == 1:
-        return next(iter(names))
-    long_name = {"M": "mass", "C": "damping", "K": "stiffness"}.get(name, name)
-    lowered = {item.lower(): item for item in names}
-    for wanted in (name, name.lower(), long_name, lowered.get(long_name, "")):
-        if wanted in names:
-            return wanted
-    raise InputError(
-        f"{path} holds no {name}, but {listed(names) or 'nothing'}; call the matrix {name} or "
-        f"{long_name} there, or give the array itself"
-    )
 
 
 @dataclass(frozen=True)
@@ -109,6 +33,8 @@ class MatrixSettings:
     rounding: float = 1e-15
     # Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular
     singular: float = 1e-13
+    singular_sparse: float = 1e-11  # the same by Lanczos' method, which is less exact
+    lanczos: int = 200  # its steps: they find an eigenvalue 0 beside a least one of 1e-3
     # Shift of the search for sparse modes, over a typical squared frequency: with it the matrix to
     # factor is regular though rigid-body modes have no stiffness
     shift: float = 1e-12
@@ -131,6 +57,7 @@ class Matrix:
     columns: NDArray[np.int64] = field(compare=False)
     entries: Array = field(compare=False)  # their values in SI units, shape (nonzeros,)
     digest: bytes = field(init=False, repr=False)
+    completed: str = field(default="", compare=False)  # the triangle that was given: lower, upper
 
     def __post_init__(self) -> None:
         """Freeze the entries and note their digest, by which matrices are compared."""
@@ -159,53 +86,124 @@ class Matrix:
 
         return csr_array((self.entries, (self.rows, self.columns)), shape=(self.size, self.size))
 
-    @property
+    @cached_property
     def one_sided(self) -> bool:
         """Whether there are entries off the diagonal, none of them with a mirror image."""
         off = self.rows != self.columns
         rows, columns = self.rows[off], self.columns[off]
+        # Most matrices are complete: their first entry tells.
+        if not len(rows) or np.any((rows == columns[0]) & (columns == rows[0])):
+            return False
         mirrored = np.isin(columns * self.size + rows, rows * self.size + columns)
-        return len(rows) > 0 and not mirrored.any()
+        return not mirrored.any()
 
-    def mirrored(self) -> Matrix:
-        """Return the symmetric matrix of which this is one half, the diagonal included."""
+    @property
+    def triangle(self) -> str:
+        """``"lower"`` or ``"upper"`` for one triangle of what may be a symmetric matrix, or empty.
+
+        Where there are entries off the diagonal, those on it are positive.
+        """
+        below, above = self.rows >= self.columns, self.rows <= self.columns
+        coupled = np.union1d(self.rows[below != above], self.columns[below != above])
+        if not (np.all(self.diagonal[coupled] > 0) or not self.diagonal.any()):
+            return ""
+        return "lower" if below.all() else "upper" if above.all() else ""
+
+    @property
+    def diagonal(self) -> Array:
+        """The entries on the diagonal, shape (n,)."""
+        result = np.zeros(self.size)
+        on = self.rows == self.columns
+        result[self.rows[on]] = self.entries[on]
+        return result
+
+    @property
+    def empty(self) -> Indices:
+        """Rows without entries: displacements without mass, if it is a mass matrix."""
+        return np.flatnonzero(np.bincount(self.rows, minlength=self.size) == 0)
+
+    def part(self, kept: Indices) -> Matrix:
+        """Return the matrix of some rows and columns, in ascending order."""
+        places = np.full(self.size, -1)
+        places[kept] = np.arange(len(kept))
+        rows, columns = places[self.rows], places[self.columns]
+        inside = (rows >= 0) & (columns >= 0)
+        return Matrix(len(kept), rows[inside], columns[inside], self.entries[inside])
+
+    def mirrored(self, sign: float = 1.0) -> Matrix:
+        """Return the symmetric matrix of which this is one half, or the skew-symmetric one."""
         off = self.rows != self.columns
         rows = np.concatenate([self.rows, self.columns[off]])
         columns = np.concatenate([self.columns, self.rows[off]])
-        entries = np.concatenate([self.entries, self.entries[off]])
+        entries = np.concatenate([self.entries, sign * self.entries[off]])
         order = np.lexsort((columns, rows))
-        return Matrix(self.size, rows[order], columns[order], entries[order])
+        given = self.triangle or "one"
+        return Matrix(self.size, rows[order], columns[order], entries[order], completed=given)
 
-    @property
+    @cached_property
     def asymmetry(self) -> tuple[float, int, int]:
         """Largest difference between mirrored entries over the largest entry, and where it is."""
+        return self._difference(1.0)
+
+    @property
+    def skewness(self) -> tuple[float, int, int]:
+        """The same for a skew-symmetric matrix: the largest sum of mirrored entries."""
+        return self._difference(-1.0)
+
+    def _difference(self, sign: float) -> tuple[float, int, int]:
         a = self.array()
-        difference = abs(a - a.T)
-        position = int(difference.argmax())
-        row, column = divmod(position, self.size)
+        difference = abs(a - sign * a.T)
+        row, column = divmod(int(difference.argmax()), self.size)
         largest = np.abs(self.entries).max(initial=0.0)
         size = float(difference[row, column])
         return (size / largest if largest else 0.0), row, column
 
+    def pair(self, row: int, column: int) -> str:
+        """Write an entry and its mirror image."""
+        entries = self.array()
+        return (
+            f"row {row + 1}, column {column + 1} is {entries[row, column]:.6g}, "
+            f"row {column + 1}, column {row + 1} is {entries[column, row]:.6g}"
+        )
+
 
 def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
-    """Make a matrix of an array, a SciPy sparse array or a file. Shapes: value (n, n)."""
+    """Make a matrix of an array, a SciPy sparse array or a file. Shapes: value (n, n).
+
+    Programs write one triangle, so that of a file is completed; one that somebody typed may be
+    complete, as a circulatory stiffness is.
+    """
     if isinstance(value, Matrix):
         return value
-    if isinstance(value, str | Path):
+    filed = isinstance(value, str | Path)
+    if filed:
         value = read_matrix(Path(value), name)
-    if hasattr(value, "tocoo"):  # SciPy sparse, whichever of its classes
-        sparse = value.tocoo(copy=True)
-        shape: tuple[int, ...] = sparse.shape
-        _check_shape(shape, name)
-        sparse.sum_duplicates()
-        rows, columns = (np.asarray(part, dtype=np.int64) for part in (sparse.row, sparse.col))
-        entries = _numbers(sparse.data, name)
+    matrix = _of_entries(value, name)
+    if triangles == "whole" or name == "H" or not matrix.one_sided:
+        return matrix
+    if triangles == "symmetric" or (filed and matrix.triangle):
+        return matrix.mirrored(-1.0 if name == "G" else 1.0)
+    _, row, column = matrix.asymmetry
+    raise InputError(
+        f"{name} has one entry of each mirrored pair only: {matrix.pair(row, column)}; give "
+        'triangles = "symmetric" if this is one triangle of a symmetric matrix, or triangles = '
+        '"whole" if the matrix is complete'
+    )
+
+
+def _of_entries(value: Any, name: str) -> Matrix:
+    if hasattr(value, "tocsr"):  # SciPy sparse, whichever of its classes
+        _check_shape(value.shape, name)
+        sparse = value.tocsr(copy=True)
+        sparse.sum_duplicates()  # sorts each row, too
+        rows = np.repeat(np.arange(value.shape[0]), np.diff(sparse.indptr))
+        columns, entries = sparse.indices.astype(np.int64), _numbers(sparse.data, name)
+        size = int(value.shape[0])
     else:
         full = _numbers(value, name)
         _check_shape(full.shape, name)
         rows, columns = np.nonzero(full)
-        shape, entries = full.shape, full[rows, columns]
+        size, entries = len(full), full[rows, columns]
     finite = np.isfinite(entries)
     if not finite.all():
         bad = int(np.argmin(finite))
@@ -213,21 +211,10 @@ def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
             f"{name} has the entry {entries[bad]} in row {rows[bad] + 1}, column "
             f"{columns[bad] + 1}; give finite numbers"
         )
-    kept = np.flatnonzero(entries)
-    order = kept[np.lexsort((columns[kept], rows[kept]))]
-    matrix = Matrix(shape[0], rows[order], columns[order], entries[order])
-    if triangles == "whole" or not matrix.one_sided:
-        return matrix
-    if triangles == "symmetric":
-        return matrix.mirrored()
-    _, row, column = matrix.asymmetry
-    shown = matrix.array()
-    raise InputError(
-        f"{name} has one entry of each mirrored pair only: row {row + 1}, column {column + 1} is "
-        f"{shown[row, column]:.6g}, row {column + 1}, column {row + 1} is "
-        f'{shown[column, row]:.6g}; give triangles = "symmetric" if this is one triangle of a '
-        'symmetric matrix, or triangles = "whole" if the matrix is complete'
-    )
+    kept = entries != 0
+    if not kept.all():
+        rows, columns, entries = rows[kept], columns[kept], entries[kept]
+    return Matrix(size, rows, columns, entries)
 
 
 def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
@@ -241,22 +228,25 @@ def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
         )
 
 
-def check_mass(matrix: Matrix, names: tuple[str, ...]) -> None:
-    """Raise if a mass matrix is not symmetric and positive definite."""
+def check_mass(matrix: Matrix, names: Sequence[str]) -> None:
+    """Raise if a mass matrix is not symmetric and, but for empty rows, positive definite."""
     require_symmetric(matrix, "M", "a mass matrix is, so correct the entries")
-    diagonal = np.zeros(matrix.size)
-    on = matrix.rows == matrix.columns
-    diagonal[matrix.rows[on]] = matrix.entries[on]
-    if np.any(diagonal <= 0):
-        position = int(np.argmax(diagonal <= 0))
+    diagonal, massless = matrix.diagonal, matrix.empty
+    if len(massless) == matrix.size:
+        raise InputError("M is zero; give at least one degree of freedom a mass > 0")
+    wrong = diagonal <= 0
+    wrong[massless] = False
+    if np.any(wrong):
+        position = int(np.argmax(wrong))
         raise InputError(
-            f"M is singular or not positive definite: the mass of {names[position]} is "
-            f"{diagonal[position]:g} kg; give every degree of freedom a mass > 0, or condense "
-            "those without out of the matrices"
+            f"M is not positive definite: the mass of {names[position]} is "
+            f"{diagonal[position]:g} kg, and other entries of its row are not zero; give it a "
+            "mass > 0, or an empty row, so that it is condensed statically"
         )
-    if np.all(on):
+    if np.all(matrix.rows == matrix.columns):
         return
-    if not _is_positive(matrix, diagonal):
+    moving = np.setdiff1d(np.arange(matrix.size), massless)
+    if not _is_positive(matrix.part(moving), diagonal[moving]):
         raise InputError(
             "M is singular or not positive definite: some displacement has no mass or a negative "
             "one; correct the entries, or condense massless displacements out of the matrices"
@@ -269,19 +259,32 @@ def _is_positive(matrix: Matrix, diagonal: Array) -> bool:
     even = Matrix(matrix.size, matrix.rows, matrix.columns, scaled).array()
     if matrix.size <= MATRICES.dense:
         return bool(np.linalg.eigvalsh(even)[0] > MATRICES.singular)
-    from scipy.sparse.linalg import splu
+    return _lowest_value(even) > MATRICES.singular_sparse
 
-    try:
-        # Without pivoting the signs of U's diagonal are those of the eigenvalues.
-        factors = splu(
-            even.tocsc(),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:  # exactly singular
-        return False
-    return bool(factors.U.diagonal().min() > MATRICES.singular)
+
+def _lowest_value(matrix: Any) -> float:
+    """Return the lowest eigenvalue by Lanczos' method.
+
+    With a unit diagonal the eigenvalues of masses of finite elements lie so near each other that
+    some products find the lowest; factors of the matrix would fill the memory.
+    """
+    from scipy.linalg import eigvalsh_tridiagonal
+
+    current = np.random.default_rng(0).normal(size=matrix.shape[0])
+    current /= np.linalg.norm(current)
+    diagonal, beside, last, size = [], [], np.zeros(0), 0.0
+    for _ in range(min(MATRICES.lanczos, len(current))):
+        new = matrix @ current
+        if size:
+            new -= size * last
+        diagonal.append(float(current @ new))
+        new -= diagonal[-1] * current
+        size = float(np.linalg.norm(new))
+        beside.append(size)
+        if size < MATRICES.rounding:  # these vectors hold the lowest one
+            break
+        last, current = current, new / size
+    return float(eigvalsh_tridiagonal(diagonal, beside[:-1])[0])
 
 
 def _check_shape(shape: tuple[int, ...], name: str) -> None:
@@ -307,7 +310,7 @@ def _numbers(value: Any, name: str) -> Array:
     if numbers.dtype.kind not in "fiub":
         raise InputError(
             f"{name} is not a matrix of numbers but {type(value).__name__}; give an array, a SciPy "
-            "sparse array, or the path of a .npz, .npy, .mat or Matrix Market file"
+            "sparse array, or the path of a file such as K.mtx"
         )
     return numbers.astype(float)
 
@@ -423,15 +426,19 @@ def _is_diagonal(matrix: Array) -> bool:
 
 
 def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Array, Array]:
-    """Return the lowest undamped modes.
+    """Return the lowest undamped modes; displacements without mass follow the others.
 
     Shapes: stiffness, mass (n, n); returns squares (count,), shapes (n, count).
     """
-    size = mass.shape[0]
-    if isinstance(mass, np.ndarray):
-        squares, shapes = _full_modes(stiffness, mass)
-    elif count is None or count >= size - 1:
-        squares, shapes = _full_modes(stiffness.toarray(), mass.toarray())
+    moving = np.flatnonzero(abs(mass).sum(axis=1))
+    if isinstance(mass, np.ndarray) or count is None or count >= len(moving) - 1:
+        full, mass = _full(stiffness), _full(mass)
+        if len(moving) == len(mass):
+            squares, shapes = _full_modes(full, mass)
+        else:
+            static = static_shapes(full, moving)
+            squares, shapes = _full_modes(full[moving] @ static, mass[np.ix_(moving, moving)])
+            shapes = static @ shapes
     else:
         squares, shapes = _sparse_modes(stiffness, mass, count)
     squares, shapes = squares[:count], shapes[:, :count]
@@ -453,6 +460,28 @@ def solver(matrix: Any, what: str) -> Callable[[Array], Array]:
     except RuntimeError:
         raise InputError(what) from None
     return lambda right: np.asarray(factors.solve(right))
+
+
+def static_shapes(stiffness: Array, moving: Indices) -> Array:
+    """Return all displacements by those of some degrees of freedom, on which alone forces act.
+
+    Shapes: stiffness (n, n); returns (n, len(moving)).
+    """
+    rest = np.setdiff1d(np.arange(len(stiffness)), moving)
+    shapes = np.zeros((len(stiffness), len(moving)))
+    shapes[moving, np.arange(len(moving))] = 1.0
+    if len(rest):
+        solve = solver(
+            stiffness[np.ix_(rest, rest)],
+            "degrees of freedom without mass can move without force, so that no static solution "
+            "gives their displacements; give them a mass or a stiffness",
+        )
+        shapes[rest] = -solve(stiffness[np.ix_(rest, moving)])
+    return shapes
+
+
+def _full(matrix: Any) -> Array:
+    return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
 
 
 def _full_modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:

@@ -40,6 +40,7 @@ class Modes:
     def __init__(self, stiffness: Any, mass: Any) -> None:
         self._stiffness, self._mass = stiffness, mass
         self.size = int(mass.shape[0])  # degrees of freedom n
+        self.most = int(np.count_nonzero(abs(mass).sum(axis=1)))  # those with mass: modes
         self._squares, self._shapes = np.empty(0), np.empty((self.size, 0))
 
     def first(self, count: int) -> tuple[Array, Array]:
@@ -47,16 +48,16 @@ class Modes:
         if count > len(self._squares):
             dense = isinstance(self._mass, np.ndarray)
             # Few modes cost as much as twice as many, and the next are often needed.
-            several = self.size if dense else min(max(2 * len(self._squares), count), self.size)
+            several = self.most if dense else min(max(2 * len(self._squares), count), self.most)
             self._squares, self._shapes = lowest_modes(self._stiffness, self._mass, several)
         return self._squares[:count], self._shapes[:, :count]
 
     def count_up_to(self, frequency: float) -> int:
         """Return the number of modes up to a frequency in Hz."""
         highest = (2 * math.pi * frequency) ** 2
-        count = min(16, self.size)
-        while count < self.size and self.first(count)[0][-1] <= highest:
-            count = min(2 * count, self.size)
+        count = min(16, self.most)
+        while count < self.most and self.first(count)[0][-1] <= highest:
+            count = min(2 * count, self.most)
         return int(np.searchsorted(self.first(count)[0], highest, side="right"))
 
 
@@ -110,7 +111,7 @@ class FullStructure:
 
     def _lowest(self) -> tuple[Array, Array, int]:
         """Return some modes, and the position of the lowest that is no rigid-body motion."""
-        squares, shapes = self.modes.first(min(self.modes.size, 8))
+        squares, shapes = self.modes.first(min(self.modes.most, 8))
         return squares, shapes, int(np.argmax(squares > MATRICES.free**2 * squares[-1]))
 
     @property
@@ -149,7 +150,7 @@ class FullStructure:
         Shapes: returns (n, d), d at most the number of directions.
         """
         size = self.modes.size
-        if count >= size or not self.acting.shape[1]:
+        if count >= self.modes.most or not self.acting.shape[1]:
             return np.empty((size, 0))
         shapes = self.modes.first(count)[1]
         moved = self.mass @ shapes

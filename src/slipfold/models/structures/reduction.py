@@ -181,7 +181,7 @@ class Reduction(ABC):
             "K",
             f"a {self.title} needs a symmetric one, so correct it or keep all coordinates",
         )
-        size = mass.size - len(self._held(names))
+        size = mass.size - len(mass.empty) - len(self._held(names))
         if self.modes is not None and self.modes > size:
             raise InputError(
                 f"{self.modes} modes are requested of {size} degrees of freedom; give at most "
@@ -233,7 +233,7 @@ class Reduction(ABC):
                 "displacements, and the structure has none; add one, or leave accuracy out"
             )
         best = math.inf
-        for kept in range(count, min(shapes.modes.size, max(count, MOST_MODES)) + 1):
+        for kept in range(count, min(shapes.modes.most, max(count, MOST_MODES)) + 1):
             coordinates = shapes.coordinates(kept)
             error = full.error(coordinates, self.up_to)
             if error <= self.accuracy:

@@ -49,12 +49,14 @@ class Structure(MechanicalModel):
     ----------
     M, K
         Mass and stiffness matrix in kg and N/m: array of shape (n, n), SciPy sparse array, or path
-        of a ``.npz``, ``.npy``, ``.mat`` or Matrix Market file.
+        of a ``.npz``, ``.npy``, ``.mat``, Matrix Market, Harwell-Boeing or Nastran ``.op4`` file.
+        Displacements whose row of M is empty are condensed statically.
     C
         Damping matrix in N s/m; or `ProportionalDamping` or `ModalDamping`; None for none.
     names
-        Names of the n degrees of freedom, a sequence or one text with blanks between; ``q1 q2 ...``
-        if None.
+        Names of the n degrees of freedom, a sequence, one text with blanks between, or the path of
+        a ``.csv`` file with the columns ``node`` and ``direction``, or ``name``; ``q1 q2 ...`` if
+        None.
     reduction
         `FreeInterface`, `CraigBampton` or `ModalReduction`: few modal coordinates ``mode1 mode2
         ...`` stay, and `reduction_report` says how good they are. None keeps all degrees of
@@ -72,7 +74,7 @@ class Structure(MechanicalModel):
     triangles
         What a matrix is that has at most one entry of each mirrored pair: ``"symmetric"`` for one
         triangle of a symmetric matrix, which is completed; ``"whole"`` for a matrix that is taken
-        as it is. None refuses it.
+        as it is. None completes the triangle in a file, which `notes` says, and refuses an array.
     watch
         Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
         with a reduction they show displacements that are not states.
@@ -130,15 +132,18 @@ class Structure(MechanicalModel):
         arguments = locals()
         parts = {key: arguments[key] for key in (*_PARTS, "triangles")}
         definition, given = define(parts)
-        self._become(assemble(definition), {**given, **values})
+        self._become(assemble(definition), {**given, **values}, definition.notes)
 
-    def _become(self, assembly: Assembly, values: Mapping[str, float | str]) -> None:
+    def _become(
+        self, assembly: Assembly, values: Mapping[str, float | str], notes: tuple[str, ...]
+    ) -> None:
         """Adopt states, parameters and limits of an assembly."""
         first = next(iter(assembly.amplitudes), None)
         self._take(
             _assembly=assembly,
             name=assembly.definition.name,
             title=assembly.definition.title,
+            notes=notes,
             states=assembly.states,
             parameters=assembly.parameters,
             limits=assembly.limits,
@@ -305,7 +310,7 @@ class Structure(MechanicalModel):
         if not parts:
             # Continuation does this at every point: what is put together already is shared.
             changed = object.__new__(type(self))
-            changed._become(self._assembly, {**self._values, **changes})
+            changed._become(self._assembly, {**self._values, **changes}, self.notes)
             return changed.with_scales(self.estimated_scales)
         other = type(self)(**{**self.structure, **parts})
         kept = {item.name for item in other.parameters}
