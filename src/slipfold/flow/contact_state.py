@@ -13,6 +13,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.errors import InputError
 from slipfold.flow.compiled_code import StateFunction
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.modes import CONTACT, Mode, Status, rate_along, rate_of_phase
@@ -160,7 +161,15 @@ class Instant:
                     rates[row] += now.by_friction[row][column] * force
         if stuck:
             matrix = [[now.by_friction[row][column] for column in stuck] for row in stuck]
-            held = _solved(matrix, [-rates[row] for row in stuck])
+            try:
+                held = _solved(matrix, [-rates[row] for row in stuck])
+            except (ZeroDivisionError, np.linalg.LinAlgError):
+                count = sum(status is Status.STICK for status in mode)
+                raise InputError(
+                    f"{count} contacts would stick at once though fewer hold all that moves, so "
+                    "that their forces are not determined; give one contact in place of those "
+                    "along one direction, or Regularized laws"
+                ) from None
             for column, force in zip(stuck, held, strict=True):
                 friction[column] = force
                 for row in rows:

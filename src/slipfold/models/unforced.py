@@ -84,7 +84,9 @@ class Unforced(Model):
     def variable_parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the forced model that remain and may be varied."""
         mine = {item.name for item in super().variable_parameters}
-        return tuple(item for item in self._base.variable_parameters if item.name in mine)
+        own = {name: self._values[name] for name in mine if name != DURATION.name}
+        base = self._base.replace(**own)
+        return tuple(item for item in base.variable_parameters if item.name in mine)
 
     @property
     def forced(self) -> bool:
@@ -262,6 +264,13 @@ def find_modes(jacobian: Array, names: tuple[str, ...]) -> Modes:
     return Modes(values[upper].astype(complex), shapes, names)
 
 
+def _one_way(speed: Parameter, value: float) -> Parameter:
+    """Bound a velocity by zero, on the side of a value."""
+    if value < 0:
+        return replace(speed, upper=0.0, upper_open=True)
+    return replace(speed, lower=0.0, lower_open=True)
+
+
 class MechanicalModel(Model):
     """A model of displacements ``x`` and their rates ``vx``, with its static point and modes."""
 
@@ -277,10 +286,10 @@ class MechanicalModel(Model):
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters that may be varied; speeds of surfaces to which a contact sticks are > 0."""
+        """Parameters that may be varied; surfaces to which a contact sticks do not stop."""
         speeds = self.surface_speeds
         return tuple(
-            replace(item, lower_open=True) if speeds.get(item.name) else item
+            _one_way(item, self._values[item.name]) if speeds.get(item.name) else item
             for item in super().variable_parameters
         )
 

@@ -81,13 +81,16 @@ class Assembly:
         self.symmetric = definition.K.asymmetry[0] < MATRICES.asymmetry
         # Names of the parameters that switch off what is periodic in time
         self.amplitudes = tuple(
-            item.component._full_name(name)
-            for item in self.placed
-            for name in item.component._amplitudes
+            dict.fromkeys(
+                item.component._parameter_name(name)
+                for item in self.placed
+                for name in item.component._amplitudes
+            )
         )
         self.forced = bool(self.amplitudes)
         self.scaled = len(self.amplitudes) > 1  # whether the level scales all of them
         self._refuse_doubles()
+        self._refuse_stiff()
 
     # -- matrices ------------------------------------------------------------------------------
 
@@ -185,6 +188,26 @@ class Assembly:
         squares = lowest_modes(self.stiffness, self.mass)[0]
         return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
 
+    def _refuse_stiff(self) -> None:
+        """Refuse a fast mode whose rounding errors hide the slow ones."""
+        if self.definition.reduction is not None or not self.symmetric:
+            return
+        squares = self.frequencies**2
+        # What is slower still is a motion without stiffness.
+        slow = squares > MATRICES.rounding * self.size * squares[-1]
+        hidden = np.flatnonzero(slow & (squares < squares[-1] / MATRICES.hidden))
+        if not len(hidden):
+            return
+        first, last = hidden[0], self.size - 1
+        kept = first + int(np.argmax(np.diff(np.log(squares[first:])))) + 1
+        raise InputError(
+            f"mode {last + 1} at {self.frequencies[last]:.4g} Hz is "
+            f"{squares[last] / squares[first]:.2g} times as stiff as mode {first + 1} at "
+            f"{self.frequencies[first]:.4g} Hz, which its rounding errors hide; give "
+            f"reduction=ModalReduction(modes={kept}), or a stiffness at most "
+            f"{MATRICES.hidden:g} times as large"
+        )
+
     # -- names ---------------------------------------------------------------------------------
 
     @cached_property
@@ -194,7 +217,19 @@ class Assembly:
         damping = self.definition.C
         if isinstance(damping, Damping):
             own += damping.parameters
-        return (*own, *(one for item in self.placed for one in item.component.named_parameters))
+        shared: dict[str, Parameter] = {}
+        for component in (item.component for item in self.placed):
+            named = zip(component.parameters, component.named_parameters, strict=True)
+            for parameter, one in named:
+                first = shared.setdefault(one.name, one)
+                if first is one or not component._group_of(parameter.name):
+                    own.append(one)
+                elif first != one:
+                    raise InputError(
+                        f"{one.name} is {first.doc} and {one.doc} in components of one group; "
+                        "give each kind a group of its own"
+                    )
+        return tuple(own)
 
     @cached_property
     def states(self) -> tuple[State, ...]:

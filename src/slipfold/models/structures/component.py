@@ -154,13 +154,23 @@ def _checked_name(name: Any, title: str) -> str:
     return name
 
 
+def _checked_group(group: Any, title: str) -> str | tuple[tuple[str, str], ...]:
+    if isinstance(group, Mapping | tuple):
+        pairs = dict(group)
+        return tuple(
+            (str(one), _checked_name(name, f"group of a {title}")) for one, name in pairs.items()
+        )
+    return _checked_name(group, f"group of a {title}")
+
+
 @dataclass(frozen=True)
 class Component(Parametric, ABC):
     """A part of a structure that exerts forces on it.
 
     A subclass gives `_directions` and `_forces`. The parameters of a component with a name end in
     ``_name``; without a name they have the names in its formula, which works for one of its kind.
-    Of several components without a name each is named by where it acts.
+    Of several components without a name each is named by where it acts. Those of a group end in
+    the name of the group, and are the same parameters for all components of it.
     """
 
     title: ClassVar[str] = "component"
@@ -172,6 +182,14 @@ class Component(Parametric, ABC):
         "name that distinguishes components of one kind; empty if there is only one",
         "",
         _checked_name,
+        kw_only=True,
+    )
+    group: Any = structural(
+        "name of a group of components, whose parameters are varied together: ``Ns_ring`` with "
+        '``group="ring"``; or a group for some parameters, such as ``{"mu_k": "ring"}``. One '
+        "of them may give the value",
+        "",
+        _checked_group,
         kw_only=True,
     )
 
@@ -218,21 +236,32 @@ class Component(Parametric, ABC):
     # -- names in the structure ------------------------------------------------------------------
 
     def _full_name(self, symbol: str) -> str:
-        """Return the name of a parameter, state or measure of the component in the structure."""
+        """Return the name of a state or measure of the component in the structure."""
         return f"{symbol}_{self.name}" if self.name else symbol
+
+    def _group_of(self, symbol: str) -> str:
+        """Return the name of the group that shares a parameter; empty if none does."""
+        return self.group if isinstance(self.group, str) else dict(self.group).get(symbol, "")
+
+    def _parameter_name(self, symbol: str) -> str:
+        """Return the name of a parameter of the component in the structure."""
+        group = self._group_of(symbol)
+        return f"{symbol}_{group}" if group else self._full_name(symbol)
 
     def _limit_name(self, limit: Limit) -> str:
         """Return the name of a limit of the component in the structure."""
         return f"{limit.name} of {self.name}" if self.name else limit.name
 
-    def named(self) -> tuple[Component, dict[str, float]]:
-        """Return the component with default values, and its values by the structure's names."""
-        return self.kind, {self._full_name(name): value for name, value in self.values.items()}
+    @property
+    def named_values(self) -> dict[str, float]:
+        """The values of the parameters by the names that the structure gives them."""
+        return {self._parameter_name(name): value for name, value in self.values.items()}
 
     @property
     def public_names(self) -> list[str]:
-        """Names of the parameters, states and measures of the component in the structure."""
-        own: tuple[Any, ...] = (*self.parameters, *self.memory(), *self._measures())
+        """Names in the structure of the parameters, states and measures of the component alone."""
+        alone = (item for item in self.parameters if not self._group_of(item.name))
+        own: tuple[Any, ...] = (*alone, *self.memory(), *self._measures())
         return [self._full_name(item.name) for item in own]
 
     @property
@@ -248,15 +277,16 @@ class Component(Parametric, ABC):
         return tuple(
             replace(
                 item,
-                name=self._full_name(item.name),
-                symbol=f"{item.symbol} {self.name}".rstrip() if item.symbol else "",
+                name=self._parameter_name(item.name),
+                symbol=item.symbol
+                and f"{item.symbol} {self._group_of(item.name) or self.name}".rstrip(),
             )
             for item in self.parameters
         )
 
     def _own(self, p: Mapping[str, Any]) -> dict[str, Any]:
         """Return the component's parameters by their own names."""
-        return {item.name: p[self._full_name(item.name)] for item in self.parameters}
+        return {item.name: p[self._parameter_name(item.name)] for item in self.parameters}
 
 
 @dataclass(frozen=True)

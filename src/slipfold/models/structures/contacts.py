@@ -13,7 +13,7 @@ import heyoka as hy
 from slipfold.errors import InputError
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact, contact_outputs
-from slipfold.models.friction.law import FrictionLaw, cos, sin
+from slipfold.models.friction.law import FrictionLaw, cos, sin, sqrt
 from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.parametric import Parametric, declared, described, structural
 from slipfold.models.quantities import (
@@ -220,7 +220,9 @@ class FrictionContact(Component):
     load: Any = structural(
         "normal force; a number in N is a constant one", read=_load, default_factory=ConstantLoad
     )
-    Vd: float = described(nonnegative("Vd", 1.0, "m/s", "speed of the moving surface", "$V_d$"))
+    Vd: float = described(
+        Parameter("Vd", 1.0, "m/s", "velocity of the moving surface", symbol="$V_d$")
+    )
     alpha: float = described(
         Parameter(
             "alpha",
@@ -308,7 +310,7 @@ class FrictionContact(Component):
             normal_rate=self.load._rate(across) if local.a else 0.0,
             name=self.key,
             plate=plate,
-            plate_speed=c["Vd"],
+            plate_speed=sqrt(c["Vd"] * c["Vd"]),
             law=self.law,
             values=c,
             opens=self.load.opens,

@@ -120,10 +120,9 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     values: dict[str, float] = dict(damping.values) if isinstance(damping, Damping) else {}
     kinds: dict[str, Any] = {}
     for key, items in _named_apart(components).items():
-        pairs = [item.named() for item in items]
-        kinds[key] = tuple(kind for kind, _ in pairs)
-        for _, own in pairs:
-            values |= own
+        kinds[key] = tuple(item.kind for item in items)
+        for item in items:
+            values |= _values_beside(item, values)
     definition = Definition(
         M=mass,
         C=damping.kind if isinstance(damping, Damping) else damping,
@@ -280,6 +279,22 @@ def _named_apart(
         return replace(item, name=item.location) if shared else item
 
     return {key: tuple(map(apart, items)) for key, items in components.items()}
+
+
+def _values_beside(item: Component, others: Mapping[str, float]) -> dict[str, float]:
+    """Return the values of a component by the structure's names, beside those of its group."""
+    values = item.named_values
+    for parameter in item.named_parameters:
+        name, value = parameter.name, values[parameter.name]
+        if others.get(name, value) in (value, parameter.default):
+            continue
+        if value != parameter.default:
+            raise InputError(
+                f"{name} is {others[name]:g} in one component of the group and {value:g} in "
+                "another; give it to one of them, or leave it out of the group"
+            )
+        values[name] = others[name]
+    return values
 
 
 def _iterated(items: Any) -> Iterable[Any]:

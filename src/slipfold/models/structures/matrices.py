@@ -40,6 +40,8 @@ class MatrixSettings:
     shift: float = 1e-12
     # Ratio of the largest squared frequency to the smallest at which rounding errors matter
     wide: float = 1e5
+    # Ratio of them at which the smallest is known to four digits at best, so that it is refused
+    hidden: float = 1e12
     # Frequency over the largest one below which a motion is free: it has no relative error
     free: float = 1e-6
 

@@ -335,7 +335,7 @@ class Structure(MechanicalModel):
     def surface_speeds(self) -> Mapping[str, bool]:
         """Names of the speeds of moving surfaces, and whether contacts stick to them."""
         contacts = self._assembly.definition.contacts
-        return {item._full_name("Vd"): item.law.sticks for item in contacts}
+        return {item._parameter_name("Vd"): item.law.sticks for item in contacts}
 
     @property
     def mass_matrix(self) -> Array:
