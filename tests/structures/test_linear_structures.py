@@ -7,6 +7,7 @@ from scipy.linalg import eigh
 
 from slipfold import (
     CraigBampton,
+    FreeInterface,
     HarmonicForce,
     ModalDamping,
     ModalReduction,
@@ -142,7 +143,9 @@ def test_large_sparse_structures(reduction):
         assert len(model.states) == 2 * np.sum(exact <= 4e-3)
 
 
-@pytest.mark.parametrize("reduction", [None, ModalReduction(4), CraigBampton("w2", modes=3)])
+@pytest.mark.parametrize("reduction", [
+    None, ModalReduction(4), CraigBampton("w2", modes=3), FreeInterface(4),
+])  # fmt: skip
 def test_massless_rotations_are_condensed(reduction):
     # A beam with lumped masses: its rotations follow the deflections, as the full solution says.
     m, k, names = cantilever(4)

@@ -181,7 +181,7 @@ class Reduction(ABC):
             "K",
             f"a {self.title} needs a symmetric one, so correct it or keep all coordinates",
         )
-        size = mass.size - len(mass.empty) - len(self._held(names))
+        size = mass.size - len(np.union1d(mass.empty, self._held(names)))
         if self.modes is not None and self.modes > size:
             raise InputError(
                 f"{self.modes} modes are requested of {size} degrees of freedom; give at most "
