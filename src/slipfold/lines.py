@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.stability import stability_stretches
+from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
@@ -136,7 +136,7 @@ def _stabilities(branch: Branch, s: Array) -> list[str]:
     """Return the kind of each interval between knots."""
     if len(s) < 2:
         return []
-    parts = stability_stretches(branch)
+    parts = stability_intervals(branch)
     kinds = [_stability(part.outside) for part in parts]
     ends = np.array([part.end for part in parts[:-1]])
     return [kinds[i] for i in np.searchsorted(ends, 0.5 * (s[1:] + s[:-1]))]

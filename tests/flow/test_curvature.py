@@ -35,11 +35,13 @@ def slope_at_zero(values, size):
 def test_blow_up_has_its_closed_form():
     # x' = x^2 leads from x to x/(1 - x t); t = phase/f.
     model, x, v = Runaway(f=2.0), np.array([[0.3], [-1.5], [0.9]]), np.array([[1.0], [2.0], [-0.5]])
-    matrices, pulls = curve(model, x, [0.0] * 3, [0.5, 1.0, 1.7], ["f"], v)
+    matrices, by_parameters = curve(model, x, [0.0] * 3, [0.5, 1.0, 1.7], ["f"], v)
     t = np.array([0.5, 1.0, 1.7]) / 2.0
     x, v = x[:, 0], v[:, 0]
     assert matrices[:, 0, 0] == pytest.approx(2 * t / (1 - x * t) ** 3 * v, rel=1e-12)
-    assert pulls[:, 0, 0] == pytest.approx(2 * x / (1 - x * t) ** 3 * (-t / 2.0) * v, rel=1e-12)
+    assert by_parameters[:, 0, 0] == pytest.approx(
+        2 * x / (1 - x * t) ** 3 * (-t / 2.0) * v, rel=1e-12
+    )
 
 
 def test_linear_oscillator_bends_along_its_parameters_alone():
@@ -47,7 +49,9 @@ def test_linear_oscillator_bends_along_its_parameters_alone():
     model = LinearOscillator(f0=1.1, zeta=0.07, a=0.8, f=1.3)
     names, values = ("f0", "zeta", "f", "a"), model.values
     v = RNG.normal(size=(2, 2))
-    matrices, pulls = curve(model, RNG.normal(size=(2, 2)), [0.0, 0.2], [1.0, 0.9], names, v)
+    matrices, by_parameters = curve(
+        model, RNG.normal(size=(2, 2)), [0.0, 0.2], [1.0, 0.9], names, v
+    )
     assert np.abs(matrices).max() < 1e-12
 
     def propagated(vector, phases, **changes):
@@ -59,7 +63,7 @@ def test_linear_oscillator_bends_along_its_parameters_alone():
         image = [(c + decay * s) * x + s * y, -(w0**2) * s * x + (c - decay * s) * y]
         return np.exp(-decay * t) * np.array(image)
 
-    for vector, phases, pull in zip(v, (1.0, 0.7), pulls, strict=True):
+    for vector, phases, pull in zip(v, (1.0, 0.7), by_parameters, strict=True):
         for column, name in enumerate(names):
             moved = propagated(vector, phases, **{name: values[name] + 1j * TINY})
             assert pull[:, column] == pytest.approx(moved.imag / TINY, abs=1e-11)
@@ -87,10 +91,12 @@ def test_second_derivatives_are_symmetric_and_linear():
     u, v = np.array([0.2, 0.1, -9.0, 4.0]), np.array([-0.1, 0.3, 5.0, 7.0])
     vectors = np.array([u, v, 2 * u - 3 * v])
     states = np.tile(STATE, (3, 1))
-    matrices, pulls = curve(SLIDING, states, [0.1] * 3, [0.8] * 3, ("f", "mu"), vectors)
+    matrices, by_parameters = curve(SLIDING, states, [0.1] * 3, [0.8] * 3, ("f", "mu"), vectors)
     assert matrices[0] @ v == pytest.approx(matrices[1] @ u, rel=1e-10)
     assert matrices[2] == pytest.approx(2 * matrices[0] - 3 * matrices[1], rel=1e-9, abs=1e-11)
-    assert pulls[2] == pytest.approx(2 * pulls[0] - 3 * pulls[1], rel=1e-9, abs=1e-11)
+    assert by_parameters[2] == pytest.approx(
+        2 * by_parameters[0] - 3 * by_parameters[1], rel=1e-9, abs=1e-11
+    )
     # The jet is the same derivative by other means.
     flow = flow_of(SLIDING)
     jet = flow.jet(STATE, 0.1, 0.8, flow.constants(SLIDING.vector), np.array([u, v]))

@@ -53,7 +53,7 @@ class CurveSet(ABC, Generic[P]):
         """Follow a start in the direction of one of its points."""
 
     @abstractmethod
-    def births(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
+    def children(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
         """Return the starts of other curves on one that was followed."""
 
     @abstractmethod
@@ -83,12 +83,12 @@ class CurveSet(ABC, Generic[P]):
                 continue
             followed = self._follow(start)
             self.lead(start.found, followed.number)
-            waiting += self.births_until_interrupted(followed)
+            waiting += self.children_until_interrupted(followed)
 
-    def births_until_interrupted(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
+    def children_until_interrupted(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
         """Return the starts of other curves on one; none if the search is interrupted."""
         try:
-            return self.births(followed)
+            return self.children(followed)
         except KeyboardInterrupt:
             end = followed.traced.end
             assert end is not None

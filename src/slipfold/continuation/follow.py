@@ -69,7 +69,7 @@ def follow(
     follower = _Follower(traced, bounds, monitors, settings, cap, endings, on_step)
     try:
         given = first_step() if callable(first_step) else first_step
-        step: float | None = given or (STEP.birth if departs else STEP.first)
+        step: float | None = given or (STEP.emanating if departs else STEP.first)
         if _leaves_at_once(traced, step or 0.0, bounds, settings):
             traced.end, step = endings.left(traced), None
         while step is not None:
@@ -78,7 +78,7 @@ def follow(
             if other is not None:
                 traced.curve, traced.points[-1] = other
                 traced.end = None
-                step = STEP.birth if departs and len(traced.points) == 1 else STEP.first
+                step = STEP.emanating if departs and len(traced.points) == 1 else STEP.first
     except KeyboardInterrupt:
         traced.end = endings.interrupted(traced)
         return traced

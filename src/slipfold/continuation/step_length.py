@@ -57,7 +57,7 @@ class StepRules:
     first: float = 0.02
     # First step from a point of another curve, and distance before it of the last regular point of
     # a closing curve: curves are singular there
-    birth: float = 3e-3
+    emanating: float = 3e-3
     # Points before the current one that are interpolated
     memory: int = 6
     # Ratio of the next step to one between whose ends the curve was not found

@@ -46,7 +46,7 @@ class Equations:
         return tuple(self.coefficients[-1] * item for item in self.field)
 
     @cached_property
-    def feeds(self) -> NDArray[np.bool_]:
+    def depends_on(self) -> NDArray[np.bool_]:
         """Of each rate the states that are in it, shape (n, n)."""
         result = [set(hy.get_variables([item])) for item in self.field]
         return np.array([[name in variables for name in self.names] for variables in result])

@@ -382,7 +382,7 @@ class Flow(Evaluated):
         """Return second derivatives of the flow with a given vector as one of their directions.
 
         Shapes: states (m, n); start, end (m,); directions (n_c, k) or (m, n_c, k); vectors (m, n);
-        returns matrices (m, n, n), pulls (m, n, k).
+        returns matrices (m, n, n), by_parameters (m, n, k).
         """
         n = self.dimension
         both = np.concatenate([states, vectors], axis=1)

@@ -164,13 +164,15 @@ class _Modes:
             matrix, columns, values[kept] + 0j, left[kept] + 0j, (right * doubled)[:, kept] + 0j
         )
 
-    def pace(self, jacobian: Array) -> float | None:
+    def factor_of(self, jacobian: Array) -> float | None:
         """Return the factor of the matrix that equals a Jacobian except in the columns, or None."""
         kept = np.delete(self.matrix, self.columns, axis=1)
         given = np.delete(jacobian, self.columns, axis=1)
-        pace = float((given * kept).sum() / (kept * kept).sum())
-        same = bool((np.abs(given - pace * kept) <= 1e-12 * np.abs(pace * kept)).all())  # rounding
-        return pace if same else None
+        factor = float((given * kept).sum() / (kept * kept).sum())
+        same = bool(
+            (np.abs(given - factor * kept) <= 1e-12 * np.abs(factor * kept)).all()
+        )  # rounding
+        return factor if same else None
 
 
 class LinearPart:
@@ -195,17 +197,17 @@ class LinearPart:
         if n < MANY or not jacobians.is_finite:
             return Inverted.of(points, lengths, jacobians.whole)
         changes, known = jacobians.changed, self._modes
-        pace = None if known is None else known.pace(jacobians.first)
-        if known is None or pace is None or not np.isin(changes, known.columns).all():
+        factor = None if known is None else known.factor_of(jacobians.first)
+        if known is None or factor is None or not np.isin(changes, known.columns).all():
             if known is not None:
                 changes = np.union1d(changes, known.columns)
             if len(changes) > 0.25 * n:  # otherwise a full inverse is faster
                 return Inverted.of(points, lengths, jacobians.whole)
-            known, pace = _Modes.of(jacobians.first, changes), 1.0
+            known, factor = _Modes.of(jacobians.first, changes), 1.0
             if known is None:
                 return Inverted.of(points, lengths, jacobians.whole)
             self._modes = known
-        return _Separated(points, lengths, jacobians, known, pace)
+        return _Separated(points, lengths, jacobians, known, factor)
 
 
 def _times(matrices: NDArray[Any], columns: NDArray[Any]) -> Complex:
@@ -234,15 +236,15 @@ class _Separated(StageEquations):
         lengths: Array,
         jacobians: Jacobians,
         modes: _Modes,
-        pace: float,
+        factor: float,
     ) -> None:
         self._modes, columns = modes, modes.columns
         inner, s = points.inner, len(points.points)
-        turned = (pace * lengths)[:, None] * modes.values
+        turned = (factor * lengths)[:, None] * modes.values
         # W and h W A, shape (m, p, s, s)
         self._answers = np.linalg.inv(np.eye(s) - turned[..., None, None] * inner)
         self._driven = lengths[:, None, None, None] * (self._answers @ inner)
-        added = jacobians.at(columns) - pace * modes.matrix[:, columns]
+        added = jacobians.at(columns) - factor * modes.matrix[:, columns]
         self._pushes = modes.left @ added  # U N, shape (m, s, p, c)
         self._seen = modes.right[columns]  # E^T V, shape (c, p)
         m, c = len(lengths), len(columns)
@@ -273,19 +275,19 @@ class _Separated(StageEquations):
         return self.solve(np.repeat(changes[:, None, :, None], s, axis=1))[..., 0]
 
     @cached_property
-    def _begun(self) -> Complex:
+    def _initial(self) -> Complex:
         """What stages have of a mode that is there at the beginning, shape (m, p, s)."""
         return np.asarray(self._answers.sum(axis=3))
 
     @cached_property
     def _seen_moved(self) -> Array:
         """What columns see of changes at the beginnings, shape (m, s c, n)."""
-        alone = np.einsum("cp,jps->jscp", self._seen, self._begun)
+        alone = np.einsum("cp,jps->jscp", self._seen, self._initial)
         m, s, c, p = alone.shape
         return np.asarray(self._coupled @ (alone.reshape(m, s * c, p) @ self._modes.left).real)
 
     def _moved_at(self, stage: int) -> Array:
-        modes = self._begun[:, :, stage, None] * self._modes.left
+        modes = self._initial[:, :, stage, None] * self._modes.left
         modes += self._forced[:, :, stage] @ self._seen_moved
         return np.asarray((self._modes.right @ modes).real)
 
@@ -440,9 +442,9 @@ class Stages:
         """Derivatives of the ends by the beginnings, shape (m, n, n)."""
         if self.points.damps:
             return self.equations.last_moved
-        return np.eye(self.nodes.shape[1]) + self._carried(self.moved)
+        return np.eye(self.nodes.shape[1]) + self._propagated(self.moved)
 
-    def _carried(self, changes: Array) -> Array:
+    def _propagated(self, changes: Array) -> Array:
         """Return the changes of the ends from changes of the stages.
 
         Shapes: changes (m, s, n, q); returns (m, n, q).
@@ -464,7 +466,7 @@ class Stages:
         if points.damps:
             return stages, stages[:, -1]
         outer = lengths * np.einsum("k,jkaq->jaq", points.weights, pushes)
-        return stages, self._carried(stages) + outer
+        return stages, self._propagated(stages) + outer
 
     def at(self, fractions: Array, which: NDArray[np.intp]) -> Array:
         """Evaluate the polynomials of some intervals, each at places of its own.

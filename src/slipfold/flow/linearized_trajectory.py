@@ -131,11 +131,11 @@ class _Variations:
     ) -> Array:
         """Return variations after an event."""
         mode, phase = reported_mode(part.mode), np.array([part.end])
-        states, explicit, pulls = self._event_slopes(part, end)
+        states, explicit, by_parameters = self._event_slopes(part, end)
         rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
         new_rates = self._flow.of(after).rates(beyond[None], phase, self._constants)[0]
         met = states @ varied
-        met[len(end) :] += pulls
+        met[len(end) :] += by_parameters
         delay = -met / (states @ rates + explicit)
         varied = varied + np.outer(rates - new_rates, delay)
         return self.held(after, part.state, part.end, varied)
@@ -149,12 +149,12 @@ class _Variations:
             slip = np.array(self._system.at(end, part.end).slip[components])
             along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
             result = flow.slips.at(end, part.end, self._constants, self._directions)
-            states, explicit, pulls = (along @ item[components] for item in result)
-            return states, float(explicit), pulls
+            states, explicit, by_parameters = (along @ item[components] for item in result)
+            return states, float(explicit), by_parameters
         slopes, which = flow.mode(reported_mode(part.mode)).slopes_of(event)
         result = slopes.at(end, part.end, self._constants, self._directions)
-        states, explicit, pulls = (item[which] for item in result)
-        return states, float(explicit), pulls
+        states, explicit, by_parameters = (item[which] for item in result)
+        return states, float(explicit), by_parameters
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
         """Return variations without slip in the contacts that stick in a mode."""
@@ -162,10 +162,10 @@ class _Variations:
         if not compiled.held:
             return varied
         known = compiled.held_slopes.at(state, phase, self._constants, self._directions)
-        states, _, pulls = known
+        states, _, by_parameters = known
         result = varied.copy()
         result[compiled.held] = states @ varied
-        result[compiled.held, len(state) :] += pulls
+        result[compiled.held, len(state) :] += by_parameters
         return result
 
 

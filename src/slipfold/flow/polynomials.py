@@ -53,14 +53,14 @@ class StepPolynomials:
         powers = np.vander(times - self.times[index], self.tcs.shape[2], increasing=True)
         return np.asarray((self.tcs[index] @ powers[:, :, None])[:, :, 0])
 
-    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+    def nodes(self, fractions: Array) -> tuple[Array, Array, Array]:
         """Return states and times after fractions of each step, and the rate of time with them.
 
-        Shapes: shares (p,); returns (m, p, n), (m, p), (m, p).
+        Shapes: fractions (p,); returns (m, p, n), (m, p), (m, p).
         """
         lengths = np.diff(self.times)[:, None]
-        times = self.times[:-1, None] + lengths * shares
-        powers = np.vander((lengths * shares).ravel(), self.tcs.shape[2], increasing=True)
+        times = self.times[:-1, None] + lengths * fractions
+        powers = np.vander((lengths * fractions).ravel(), self.tcs.shape[2], increasing=True)
         powers = powers.reshape(*times.shape, -1)
         return np.einsum("ink,ipk->ipn", self.tcs, powers), times, lengths + np.zeros_like(times)
 
@@ -104,13 +104,13 @@ class SlowPolynomials:
         within = [self._time_in(*item) for item in zip(steps.tolist(), phases, strict=True)]
         return self._stated(self.inner(self.inner.times[steps] + within))
 
-    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+    def nodes(self, fractions: Array) -> tuple[Array, Array, Array]:
         """Return states and phases after fractions of each step, and the rate of the phase.
 
-        Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
+        Shapes: fractions (p,); returns (steps, p, n), (steps, p), (steps, p).
         """
         n = self._n
-        values, _, lengths = self.inner.nodes(shares)
+        values, _, lengths = self.inner.nodes(fractions)
         states = self._stated(values.reshape(-1, values.shape[-1])).reshape(*values.shape[:2], n)
         return states, values[..., n + 2], lengths * np.exp(CONTACT.unit * values[..., n])
 
@@ -152,10 +152,10 @@ class OnsetPolynomials:
         known = self.inner(phases)[:, : self._n]
         return np.array([self._placed(*item) for item in zip(known, phases, strict=True)])
 
-    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+    def nodes(self, fractions: Array) -> tuple[Array, Array, Array]:
         """Return states and phases after fractions of each step, and the rate of the phase.
 
-        Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
+        Shapes: fractions (p,); returns (steps, p, n), (steps, p), (steps, p).
         """
-        _, phases, lengths = self.inner.nodes(shares)
+        _, phases, lengths = self.inner.nodes(fractions)
         return np.array([self(row) for row in phases]), phases, lengths

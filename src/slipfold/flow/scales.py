@@ -77,13 +77,13 @@ def coupled(matrix: Array) -> NDArray[np.intp]:
         first = nearest
 
 
-def loops_of(feeds: NDArray[np.bool_]) -> NDArray[np.intp]:
+def loops_of(depends_on: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Return for each state the first state in a feedback loop with it.
 
-    Shapes: feeds (n, n), whether each rate depends on each state.
+    Shapes: depends_on (n, n), whether each rate depends on each state.
     """
-    reached = feeds | np.eye(len(feeds), dtype=bool)
-    for _ in range(len(feeds).bit_length()):
+    reached = depends_on | np.eye(len(depends_on), dtype=bool)
+    for _ in range(len(depends_on).bit_length()):
         reached = reached @ reached
     return np.asarray((reached & reached.T).argmax(axis=1))
 
@@ -281,7 +281,7 @@ class _View:
     @cached_property
     def loops(self) -> NDArray[np.intp]:
         """The first state in a feedback loop with each one, at any state."""
-        return loops_of(self.flow.equations.feeds)
+        return loops_of(self.flow.equations.depends_on)
 
     def moved(self, trajectory: Array | None) -> Array:
         """Return the scales that a trajectory shows."""

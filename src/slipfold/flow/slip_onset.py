@@ -79,8 +79,8 @@ class SlipOnset:
         rows, phases = self.stages, self.phases
         pushes = np.zeros((*rows.shape, directions.shape[1]))
         if pushes.size:
-            pulls = field.flow.parameter_slopes(rows, phases, field.constants, directions)
-            pushes = pulls / field.scales[:, None]
+            by_parameters = field.flow.parameter_slopes(rows, phases, field.constants, directions)
+            pushes = by_parameters / field.scales[:, None]
         equations = _equations(field, self.solved.lengths, self.solved.stages[0], phases)
         assert equations is not None  # it is solved
         driven = self.length * np.einsum("lk,kaq->laq", POINTS.inner, pushes)

@@ -300,7 +300,7 @@ class _Pairs:
         ]
         return min(change.max() for change in changes) < 1e-2
 
-    def _converges_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
+    def _converges_to(self, averages: Array, first: Array, last: Array, fraction: float) -> int:
         """Return the period of the averages if the trajectory approaches them, else 0."""
         numbers = np.arange(CLASSIFICATION.recent)
         late = (self._done - CLASSIFICATION.recent + numbers) % CLASSIFICATION.classes
@@ -308,7 +308,7 @@ class _Pairs:
             np.abs(wrap_angles(states - averages[which], self._angle_periods) / self._scales).max()
             for states, which in ((first, numbers % CLASSIFICATION.classes), (last, late))
         )
-        if not after < max(share * before, CLASSIFICATION.near):
+        if not after < max(fraction * before, CLASSIFICATION.near):
             return 0
         for period in (1, 2, 3, 4, 6, 8, 12, 24):
             between = averages - averages[numbers[: CLASSIFICATION.classes] % period]

@@ -393,10 +393,10 @@ def find_fractions(
     before: tuple[Attractor, ...] = ()
     known, interrupted = 0, False
     for index, value in enumerate(values):
-        carried = np.array([item.state for item in before]).reshape(-1, starts.shape[1])
+        continued = np.array([item.state for item in before]).reshape(-1, starts.shape[1])
         result = search(
             model.replace(**{vary: float(value)}),
-            np.concatenate([carried, starts]),
+            np.concatenate([continued, starts]),
             periods,
             _counted(observer, index * len(starts), len(starts), labels.size),
         )

@@ -102,8 +102,8 @@ class Collocation(MeshDiscretization):
         """Return the mismatch and the derivatives of the intervals' ends, all in scaled states."""
         scaled, field = nodes / self.scales, self._field(constants)
         solved = self._solved(scaled, constants)
-        pulled, along = solved.answered(field.parameter_slopes(solved.stages, solved.phases))
-        self._slopes = solved, pulled
+        by_parameters, along = solved.answered(field.parameter_slopes(solved.stages, solved.phases))
+        self._slopes = solved, by_parameters
         mismatch = self.apart(solved.ends, scaled[self._following])
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
 
@@ -160,9 +160,9 @@ class Collocation(MeshDiscretization):
         weights = (self.lengths[:, None] * self.points.weights)[..., None]
         by_states = weights * sum(bent[..., i, :] for i, (bent, _) in enumerate(turned))
         by_free = weights * sum(mixed[..., i, :] for i, (_, mixed) in enumerate(turned))
-        pulled = solved.answered(field.parameter_slopes(stages, phases))[0]
+        by_parameters = solved.answered(field.parameter_slopes(stages, phases))[0]
         by_nodes = np.einsum("jka,jkab->jb", by_states, solved.moved)
-        free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, pulled)
+        free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, by_parameters)
         return by_nodes, free * self.units
 
     def solved(self, nodes: Array, constants: Constants) -> Stages:
@@ -200,13 +200,13 @@ class Collocation(MeshDiscretization):
         """Return stages from those that were found last, None if these are far away."""
         if self._latest is None or self._slopes is None:
             return None
-        (values, latest), (solved, pulled) = self._latest, self._slopes
+        (values, latest), (solved, by_parameters) = self._latest, self._slopes
         change = scaled - latest.nodes
         if not np.abs(change).max() < MESH.reach:
             return None
         along = constants.rates[:, self.indices]
         moved = np.linalg.lstsq(along, constants.values - values, rcond=None)[0]
-        return np.asarray(latest.stages + solved.equations.along(change) + pulled @ moved)
+        return np.asarray(latest.stages + solved.equations.along(change) + by_parameters @ moved)
 
     def _interpolated(self, scaled: Array, constants: Constants) -> Array:
         """Return stages on the cubics through the nodes with the rates there."""
@@ -228,12 +228,14 @@ class Collocation(MeshDiscretization):
         """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
-        pulled = solved.answered(field.parameter_slopes(solved.stages, solved.phases))[0]
+        by_parameters = solved.answered(field.parameter_slopes(solved.stages, solved.phases))[0]
         n, bent, mixed = nodes.shape[1], list[Array](), list[Array]()
         for vector in vectors:
             along = solved.equations.along(vector)
             second, by_free = field.curvatures(solved.stages, solved.phases, along)
-            pushes = np.concatenate([second @ solved.moved, second @ pulled + by_free], axis=3)
+            pushes = np.concatenate(
+                [second @ solved.moved, second @ by_parameters + by_free], axis=3
+            )
             ends = solved.answered(pushes)[1]
             bent.append(ends[:, :, :n])
             mixed.append(ends[:, :, n:])
@@ -274,12 +276,14 @@ class Collocation(MeshDiscretization):
     ) -> tuple[Places, Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""
         part, which = self._ended(nodes, constants, phases)
-        pulls = part.answered(self._field(constants).parameter_slopes(part.stages, part.phases))[1]
+        by_parameters = part.answered(
+            self._field(constants).parameter_slopes(part.stages, part.phases)
+        )[1]
         return (
             which,
             part.ends * self.scales,
             part.matrices / self.ratios,
-            pulls * self.scales[:, None],
+            by_parameters * self.scales[:, None],
         )
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:

@@ -198,7 +198,9 @@ def _described_by(by: Discretization, curve: C, point: OrbitPoint) -> tuple[C, O
     orbits, other = curve.orbits, curve.described_by(by)
     size = np.ptp(orbits.nodes(point.z) / orbits.scales, axis=0).max()
     if orbits.free_phase and size < STANDING:
-        return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None
+        return (
+            (other, _vanishing_cycle(other, orbits, point)) if isinstance(other, Orbits) else None
+        )
     again = other.converted(point)
     return None if again is None else _fitted(other, again)
 
@@ -228,7 +230,7 @@ def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:
     return curve, point
 
 
-def _newborn(other: Orbits, orbits: Orbits, point: OrbitPoint) -> OrbitPoint:
+def _vanishing_cycle(other: Orbits, orbits: Orbits, point: OrbitPoint) -> OrbitPoint:
     """Return a cycle of no amplitude, the direction of which turns once, at other phases."""
     turns = np.exp(2j * np.pi * np.arange(orbits.segments) / orbits.segments)
     critical = turns.conj() @ orbits.nodes(point.tangent) * (2 / orbits.segments)

@@ -118,7 +118,7 @@ class Discretization(ABC):
         self.scales = scales
         self.angle_periods = self.model.angle_periods / scales
         self.ratios = scales[None, :] / scales[:, None]
-        self.pull_units = self.units / scales[:, None]
+        self.parameter_units = self.units / scales[:, None]
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
         """Return the states at equidistant phases from that of the first node, shape (M, n).
@@ -256,7 +256,8 @@ class Discretization(ABC):
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states.
 
-        Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
+        Shapes: nodes (m, n); vectors (r, m, n); returns by_states (r, m, n, n),
+        by_parameters (r, m, n, k).
         """
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
@@ -318,13 +319,15 @@ class Discretization(ABC):
     def changing_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the rates at the first nodes with their derivatives, in scaled variables.
 
-        Shapes: nodes (q, n); returns rates (q, n), slopes (q, n, n), pulls (q, n, k).
+        Shapes: nodes (q, n); returns rates (q, n), slopes (q, n, n), by_parameters (q, n, k).
         """
         at, flow = self.start[: len(nodes)], self.flow_at(nodes, constants)
         rates = flow.rates(nodes, at, constants) / self.scales
         slopes = flow.jacobians(nodes, at, constants) * self.ratios
-        pulls = flow.parameter_slopes(nodes, at, constants, constants.rates[:, self.indices])
-        return rates, slopes, pulls * self.pull_units
+        by_parameters = flow.parameter_slopes(
+            nodes, at, constants, constants.rates[:, self.indices]
+        )
+        return rates, slopes, by_parameters * self.parameter_units
 
     def changed(
         self, forward: Array, backward: Array, nodes: Array, constants: Constants
@@ -336,9 +339,9 @@ class Discretization(ABC):
         Shapes: forward q_j, backward p_j (r, m, n); nodes (m, n); returns the gradient (m n + k,),
         q_j and the second derivatives along them (r, m, n, n).
         """
-        bent, pulled = self.curvatures(nodes, constants, forward)
+        bent, by_parameters = self.curvatures(nodes, constants, forward)
         along_nodes = np.einsum("rja,rjab->jb", backward, bent).ravel() * np.sqrt(self.segments)
-        along_free = np.einsum("rja,rjak->k", backward, pulled)
+        along_free = np.einsum("rja,rjak->k", backward, by_parameters)
         return np.concatenate([along_nodes, along_free]), forward, bent
 
 

@@ -40,7 +40,7 @@ class Eigenvalues(Multipliers):
         """Return the matrix itself: nothing is propagated from one phase to another."""
         return part.monodromy[None]
 
-    tells_unit = False
+    gives_unit = False
     """Whether results state multipliers over the unit of time; else over the model's duration."""
 
     @abstractmethod
@@ -63,7 +63,7 @@ class Paced(Eigenvalues):
     so that no angle wraps but of vibrations much faster than others.
     """
 
-    tells_unit = True
+    gives_unit = True
 
     def unit(self, jacobian: Array) -> float:
         """Return the unit of time, in the model's durations."""

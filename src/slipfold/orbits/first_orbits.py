@@ -216,9 +216,9 @@ class _StiffSearch:
     """The search for a trajectory in implicit steps that ends where it began after a period."""
 
     def __init__(
-        self, takeover: StiffFallback, model: Model, on_progress: Callable[[int], None]
+        self, fallback: StiffFallback, model: Model, on_progress: Callable[[int], None]
     ) -> None:
-        self._takeover, self._model, self._on_progress = takeover, model, on_progress
+        self._fallback, self._model, self._on_progress = fallback, model, on_progress
         self._periods = self._steps = 0
 
     def closed(self) -> DenseTrajectory | None:
@@ -238,7 +238,7 @@ class _StiffSearch:
     def _period(self, state: Array) -> DenseTrajectory | None:
         """Return the trajectory of a period, None if it does not end or the budget is used up."""
         self._on_progress(self._periods)
-        motion = None if self._steps >= SEARCH.stiff_steps else self._takeover.period(state)
+        motion = None if self._steps >= SEARCH.stiff_steps else self._fallback.period(state)
         if motion is not None:
             self._periods += 1
             self._steps += len(motion.phases) - 1
@@ -249,7 +249,7 @@ class _StiffSearch:
 
     def _closed_near(self, state: Array) -> DenseTrajectory | None:
         """Correct the first state by Newton's method; the last trajectory is an orbit."""
-        scales, last = self._takeover.field.scales, None
+        scales, last = self._fallback.field.scales, None
 
         def step(scaled: Array) -> Array:
             nonlocal last
@@ -258,7 +258,7 @@ class _StiffSearch:
                 return np.full_like(scaled, np.nan)
             angle_periods = self._model.angle_periods / scales
             gap = wrap_angles(self._end(last) / scales - scaled, angle_periods)
-            monodromy = product(self._takeover.matrices(last, last.phases))
+            monodromy = product(self._fallback.matrices(last, last.phases))
             return solve_each(np.eye(len(gap)) - monodromy[None], gap[None])[0]
 
         found = find_root(step, state / scales, Rule(close=1e-9, iterations=12))

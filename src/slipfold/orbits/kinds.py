@@ -47,8 +47,8 @@ class VectorField(Discretization):
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the rates and their derivatives, those by the states as changes of the states."""
-        rates, slopes, pulls = self.changing_rates(nodes, constants)
-        return rates, np.eye(len(self.scales)) + slopes, pulls
+        rates, slopes, by_parameters = self.changing_rates(nodes, constants)
+        return rates, np.eye(len(self.scales)) + slopes, by_parameters
 
     def jacobian(self, nodes: Array, constants: Constants) -> Array:
         """Return the derivatives of the rates by the scaled states, shape (n, n)."""
@@ -74,7 +74,7 @@ class VectorField(Discretization):
         second, mixed = self.flow.curvatures(
             states, np.zeros(r), constants, vectors.reshape(r, n) * self.scales, along
         )
-        return (second * self.ratios)[:, None], (mixed * self.pull_units)[:, None]
+        return (second * self.ratios)[:, None], (mixed * self.parameter_units)[:, None]
 
 
 class ForcedOrbits(Orbits):
@@ -202,11 +202,11 @@ class Cycles(Orbits):
             lifted, weights = self.spectrum.lifted(found, part)
             forward, backward = lifted.propagated(part.blocks)
         gradient, propagated, bent = self.by.changed(forward, backward, nodes, constants)
-        rates, slopes, pulls = self.by.changing_rates(nodes[: len(weights)], constants)
+        rates, slopes, by_parameters = self.by.changing_rates(nodes[: len(weights)], constants)
         turned = weights / np.linalg.norm(rates, axis=1)[:, None]
         by_nodes = np.einsum("ja,jab->jb", turned, slopes).ravel() * np.sqrt(self.segments)
         gradient[: len(by_nodes)] -= by_nodes
-        gradient[self.size :] -= np.einsum("ja,jak->k", turned, pulls)
+        gradient[self.size :] -= np.einsum("ja,jak->k", turned, by_parameters)
         return gradient, propagated, bent
 
     def aligned(self, guess: Array, known: Array) -> Array:
@@ -262,7 +262,7 @@ class Equilibria(Orbits):
 
     def duration(self, z: Array) -> float | None:
         """Return the unit of time in seconds, where results state multipliers over it."""
-        return self.unit(z) if self.spectrum.tells_unit else None
+        return self.unit(z) if self.spectrum.gives_unit else None
 
     def model_at(self, z: Array) -> Model:
         """Return the model with the parameter values of an unknown and its unit of time."""
@@ -275,7 +275,7 @@ class Equilibria(Orbits):
 
     def multipliers(self, point: OrbitPoint) -> Complex:
         """Return the multipliers that results list, shape (n,)."""
-        if self.spectrum.tells_unit:
+        if self.spectrum.gives_unit:
             return point.multipliers
         units = self.model.values["duration"] / self.unit(point.z)
         return np.exp(eigenvalues_of(self.jacobian(point.z)) * units)

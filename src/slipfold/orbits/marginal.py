@@ -281,16 +281,16 @@ class MarginalShooting(SwitchedShooting):
         states, matrices, vectors = flow.linearize(nodes, self.start, end, constants, along)
         varied = np.hstack([matrices[0], vectors[0]])
         margin = self._margin(constants)
-        by_state, by_phase, pulls = margin.slopes(states[0], phase, along)
+        by_state, by_phase, by_parameters = margin.slopes(states[0], phase, along)
         slope = by_state @ varied
-        slope[n:] += pulls
+        slope[n:] += by_parameters
         if met.stops is not None:  # at a minimum the margin does not change with the phase
             rates = flow.rates(states, end, constants)[0]
             place = self.switched.quantities.places[met.stops.which].start
             slips = self.switched.slips.at(states[0], phase, constants, along)
-            slip_by_state, slip_by_phase, slip_pulls = (item[place] for item in slips)
+            slip_by_state, slip_by_phase, slip_by_parameters = (item[place] for item in slips)
             later = slip_by_state @ varied
-            later[n:] += slip_pulls
+            later[n:] += slip_by_parameters
             later /= -(slip_by_state @ rates + slip_by_phase)
             slope += (by_state @ rates + by_phase) * later
         value = float(margin.values(states, end)[0])

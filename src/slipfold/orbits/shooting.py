@@ -128,7 +128,7 @@ class Shooting(Discretization):
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
         r, m, n = vectors.shape
-        matrices, pulls = self.flow.curve(
+        matrices, by_parameters = self.flow.curve(
             np.tile(nodes, (r, 1)),
             np.tile(self.start, r),
             np.tile(self.end, r),
@@ -137,8 +137,8 @@ class Shooting(Discretization):
             (vectors * self.scales).reshape(-1, n),
         )
         bent = (matrices * self.ratios).reshape(r, m, n, n)
-        pulled = (pulls * self.pull_units).reshape(r, m, n, -1)
-        return bent, pulled
+        by_parameters = (by_parameters * self.parameter_units).reshape(r, m, n, -1)
+        return bent, by_parameters
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
         """Return the third derivatives of the segments' ends along vectors, in scaled states."""

@@ -129,9 +129,9 @@ class SwitchedShooting(Shooting):
         if min(away) > 0.05 * longest:
             return None
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
-        return self._begun_at(0.5 * (begin + end))
+        return self._starting_at(0.5 * (begin + end))
 
-    def _begun_at(self, phase: float) -> SwitchedShooting:
+    def _starting_at(self, phase: float) -> SwitchedShooting:
         return SwitchedShooting(self.model, self.free, self.period, phase=phase % 1.0)
 
     def shifted(
@@ -142,7 +142,7 @@ class SwitchedShooting(Shooting):
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
         places = begin + (end - begin) * np.array([0.3, 0.7])
         apart = np.abs((places - self.phase + 0.5) % 1.0 - 0.5)
-        other = self._begun_at(float(places[apart.argmax()]))
+        other = self._starting_at(float(places[apart.argmax()]))
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
@@ -163,7 +163,7 @@ class SwitchedShooting(Shooting):
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states: by differences."""
-        bent, pulled = list[Array](), list[Array]()
+        bent, by_parameters = list[Array](), list[Array]()
         units = self.units / self.scales[:, None]
         for vector in vectors:
             step = DIFFERENCED / np.linalg.norm(vector) * vector * self.scales
@@ -173,8 +173,8 @@ class SwitchedShooting(Shooting):
             ]
             over = np.linalg.norm(vector) / (2 * DIFFERENCED)
             bent.append((sides[0][0] - sides[1][0]) * self.ratios * over)
-            pulled.append((sides[0][1] - sides[1][1]) * units * over)
-        return np.array(bent), np.array(pulled)
+            by_parameters.append((sides[0][1] - sides[1][1]) * units * over)
+        return np.array(bent), np.array(by_parameters)
 
     # -- trajectories --------------------------------------------------------------------------
 

@@ -51,7 +51,9 @@ DASHES: Mapping[str, Any] = MappingProxyType(
 FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 """Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
-TOUCHING: Mapping[str, Any] = MappingProxyType({name: CONTACT_TYPES[name].dashes for name in MET})
+CONTACT_DASHES: Mapping[str, Any] = MappingProxyType(
+    {name: CONTACT_TYPES[name].dashes for name in MET}
+)
 """Line styles of what is no bifurcation; all are black."""
 
 
@@ -68,7 +70,7 @@ def line_style(
     kind: str = "periodic",
 ) -> dict[str, Any]:
     """Return the line properties of a segment of a locus."""
-    own = {"LP": "-" if kind == "equilibrium" else FOLD, **TOUCHING}
+    own = {"LP": "-" if kind == "equilibrium" else FOLD, **CONTACT_DASHES}
     return {
         "color": locus_color(type_, colors),
         "linestyle": own.get(type_, DASHES[criticality]),
@@ -169,7 +171,7 @@ def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[
         for locus in diagram.loci
         for segment in locus_segments(locus)
     }
-    order = [*colors, *TOUCHING]
+    order = [*colors, *CONTACT_DASHES]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
         text = locus_title(kind[0], kind[1], kind[3]) + ", " * bool(kind[2]) + kind[2]

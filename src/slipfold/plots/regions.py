@@ -329,7 +329,7 @@ def _barrier(lines: Sequence[Array], low: Array, pixel: Array) -> Mask:
 
 
 def _places(mask: Mask, width: int, height: int) -> Array:
-    """Return centers of boxes that fit into an area, as shares of the picture, shape (n, 2)."""
+    """Return centers of boxes that fit into an area, as fractions of the picture, shape (n, 2)."""
     sums = np.pad(mask.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     if width >= mask.shape[1] or height >= mask.shape[0]:
         return np.zeros((0, 2))

@@ -222,13 +222,13 @@ class _Slots:
 
     def __init__(self, client: Any) -> None:
         self._client = client
-        self._asked, self._count = -math.inf, 2
+        self._updated, self._count = -math.inf, 2
 
     def __call__(self) -> int:
         """Return the number; the scheduler is not asked every time."""
-        if monotonic() - self._asked > TASKS.slots_interval:
+        if monotonic() - self._updated > TASKS.slots_interval:
             # A scheduler that is gone cancels its tasks.
             with suppress(OSError):
                 self._count = 2 * max(1, sum(self._client.nthreads().values()))
-            self._asked = monotonic()
+            self._updated = monotonic()
         return self._count

@@ -16,7 +16,7 @@ from slipfold.bifurcations.branches.batched_walk import BATCH
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.loci.bifurcation_set import check_asked, find_bifurcation_set
+from slipfold.bifurcations.loci.bifurcation_set import check_requested, find_bifurcation_set
 from slipfold.bifurcations.loci.window import measured_across
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured
@@ -304,7 +304,7 @@ class LocusWork(Work):
                 f"compute.window names {', '.join(self.window) or 'nothing'}; give the spans of "
                 "two parameters, e.g. {f = [11.5, 13.5], Nd = [0, 0.98]}"
             )
-        check_asked(model, self.types, self.periods)
+        check_requested(model, self.types, self.periods)
         spans = {name: parsed_span(model, name, span) for name, span in self.window.items()}
         return self.model_copy(update={"window": spans})
 

@@ -74,14 +74,14 @@ class BatchedCase:
             start = curve_set.Start(
                 item.orbits,
                 (item.points[0],),
-                departs=item.birth is not None,
+                departs=item.origin is not None,
                 parent=item.parent,
-                found=item.birth,
+                found=item.origin,
             )
             traced = TracedCurve(item.orbits, item.points, start.departs, item.found, item.stopped)
             curves.append(FollowedCurve(number, start, traced, None))
-            if item.birth is not None:
-                leads.setdefault(item.birth, []).append(number)
+            if item.origin is not None:
+                leads.setdefault(item.origin, []).append(number)
         return assemble(curves, leads, span_begin(vary, first))
 
 
@@ -186,14 +186,14 @@ def _doubled(cases: Sequence[BatchedCase], period: int, settings: Settings) -> l
         for parent, branch in [] if case.failure else parents:
             for found in branch.found:
                 try:
-                    birth = emanating_branch(branch.orbits, found, settings, largest)
+                    child = emanating_branch(branch.orbits, found, settings, largest)
                 except BREAKDOWNS:
-                    case.leave("birth")
+                    case.leave("emanating branch")
                     break
-                if birth is not None:
-                    first = birth.start
+                if child is not None:
+                    first = child.start
                     step = first.z, first.tangent, 0.0
-                    new = BatchedBranch(number, birth.orbits, [step], parent, found, first)
+                    new = BatchedBranch(number, child.orbits, [step], parent, found, first)
                     branches.append(new)
     return branches
 

@@ -95,7 +95,7 @@ class BatchedBranch:
     orbits: Orbits
     steps: list[Step]  # where it begins; then all points of the walk
     parent: int | None = None  # number of the branch on which it begins, from 1
-    birth: Found[OrbitPoint] | None = None  # the period doubling at which it begins
+    origin: Found[OrbitPoint] | None = None  # the period doubling at which it begins
     first: OrbitPoint | None = None  # its first orbit, if it begins on another branch
     stable: bool = False  # whether the first orbit is; not known of one that begins on another
     end: str = ""  # "span", "limit", "loss" of stability, or why it was left
@@ -226,7 +226,7 @@ class Walk(FrontEquations):
         firsts = [branch.first for branch in self._branches if branch.first is not None]
         others = [np.delete(p.multipliers, np.abs(p.multipliers - 1).argmin()) for p in firsts]
         outside = np.array([np.count_nonzero(np.abs(item) > 1) for item in others])
-        step[active] = STEP.birth
+        step[active] = STEP.emanating
         for _ in range(6):
             if not len(active):
                 return
@@ -246,7 +246,7 @@ class Walk(FrontEquations):
                 good &= result.tests[:, LP] * nearer.tests[:, LP] > 0
             active, outside = active[~good], outside[~good]
             step[active] /= 4
-        self._stop(active, "birth")
+        self._stop(active, "emanating branch")
 
     # -- a step of each --------------------------------------------------------------------------
 
@@ -254,7 +254,7 @@ class Walk(FrontEquations):
         front = self._front
         if self._orbits.period % 2 == 0:
             apart = 0.9 * lengths_of(self._halves(front.z[active, -1]))
-            front.step[active] = np.minimum(front.step[active], np.maximum(STEP.birth, apart))
+            front.step[active] = np.minimum(front.step[active], np.maximum(STEP.emanating, apart))
         trial = front.take(active)
         tests, ambiguous = self._examined(trial)
         accepted = trial.fits & ~ambiguous
@@ -338,7 +338,7 @@ class Walk(FrontEquations):
         self._stop(active[np.abs(multipliers).max(axis=1) > BATCH.amplified], "growth")
         if self._orbits.period % 2 == 0:
             here, there = self._halves(before), self._halves(front.z[active, -1])
-            near = lengths_of(there) < np.minimum(0.1 * STEP.birth, lengths_of(here))
+            near = lengths_of(there) < np.minimum(0.1 * STEP.emanating, lengths_of(here))
             self._stop(active[regular & (((here * there).sum(axis=1) < 0) | near)], "copy")
         # Where it turned back it may come to its beginning.
         away = ~self._departs[active] & (front.count[active] > POINTS + 1)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch_point import find_crossing
-from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, noise_beside_birth
+from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, noise_beside_parent
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite, lagrange
 from slipfold.continuation.locate import ZERO, LostCurveError, locate, point_at
@@ -380,13 +380,13 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     slopes = [abs(point.tests["LP"]) for point in (a, b)]
     if max(slopes) <= BIFURCATION.noise:
         return True
-    noises = [noise_beside_birth(point)[1] for point in (a, b)]
+    noises = [noise_beside_parent(point)[1] for point in (a, b)]
     return any(slope <= noise for slope, noise in zip(slopes, noises, strict=True))
 
 
 def is_off_circle(point: OrbitPoint) -> bool:
     """Whether it is known on which side of the unit circle all multipliers are."""
-    return _off_circle(point) > max(BIFURCATION.noise, noise_beside_birth(point)[0])
+    return _off_circle(point) > max(BIFURCATION.noise, noise_beside_parent(point)[0])
 
 
 def _off_circle(point: OrbitPoint) -> float:

@@ -127,8 +127,8 @@ def _zero_directions(hessian: Array) -> list[Array] | None:
     values, vectors = np.linalg.eigh(hessian)
     if not values[0] < 0 < values[1]:
         return None
-    shares = np.sqrt(np.array([values[1], -values[0]]) / (values[1] - values[0]))
-    return [vectors @ (shares * [1, sign]) for sign in (1, -1)]
+    weights = np.sqrt(np.array([values[1], -values[0]]) / (values[1] - values[0]))
+    return [vectors @ (weights * [1, sign]) for sign in (1, -1)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,7 @@ SAME_ORBIT = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Birth:
+class EmanatingBranch:
     """Where a branch of doubled period, or of cycles, begins."""
 
     orbits: Orbits  # what the branch that begins consists of
@@ -54,7 +54,7 @@ class Birth:
         return orbits.adopt(self.orbits, self.start.z)
 
 
-def has_copy(orbits: Orbits) -> bool:
+def has_image(orbits: Orbits) -> bool:
     """Whether each orbit, started half its period later, is another point of the same curve.
 
     So it is with even periods, and with cycles: they may end where both coincide.
@@ -62,7 +62,7 @@ def has_copy(orbits: Orbits) -> bool:
     return orbits.free_phase or orbits.period % 2 == 0
 
 
-def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bool:
+def _meets_its_image(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bool:
     """Whether a branch of doubled period passed its parent and continues as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
@@ -71,7 +71,7 @@ def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bo
     here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart. There
     # small steps leave from, too.
-    near = np.linalg.norm(there) < min(0.1 * STEP.birth, float(np.linalg.norm(here)))
+    near = np.linalg.norm(there) < min(0.1 * STEP.emanating, float(np.linalg.norm(here)))
     return bool(here @ there < 0 or near)
 
 
@@ -81,7 +81,7 @@ def step_beside_parent(point: OrbitPoint) -> float:
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
     step could land on another branch that leaves the same parent nearby.
     """
-    return max(STEP.birth, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
+    return max(STEP.emanating, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
 
 
 def asymmetry(orbits: Orbits, z: Array) -> Array:
@@ -98,7 +98,7 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
     return wrap_angles(z[:half] - z[half : orbits.size], periods)
 
 
-def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
+def noise_beside_parent(point: OrbitPoint) -> tuple[float, float]:
     """Return what errors make of multipliers, and of the tangent along the parameter.
 
     Near the equilibrium that cycles emanate from, they do not change with the parameter to first
@@ -113,7 +113,7 @@ def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
     return noise, noise / max(amplitude, noise)
 
 
-class MeetsCopy:
+class MeetsImage:
     """Ends a curve where it meets its own copy, the same orbits started half a period later.
 
     There the orbit is that of the parent's period doubling, or an equilibrium, and Newton's method
@@ -131,7 +131,7 @@ class MeetsCopy:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last regular orbit before the curve meets its copy, if it does."""
         before, point = interval.before, interval.point
-        if interval.leaves or not _meets_its_copy(self._curve.orbits, before, point):
+        if interval.leaves or not _meets_its_image(self._curve.orbits, before, point):
             return MonitorResult()
         place, meeting = self._meeting(interval)
         last = self._last(interval, place)
@@ -158,7 +158,7 @@ class MeetsCopy:
         orbits, before = self._curve.orbits, interval.before
         direction = asymmetry(orbits, before.z)
         direction /= np.linalg.norm(direction)
-        for back in (STEP.birth, 4 * STEP.birth, 16 * STEP.birth):
+        for back in (STEP.emanating, 4 * STEP.emanating, 16 * STEP.emanating):
             if back < place - before.arclength:
                 last = point_at(self._curve, interval.history, place - back)
                 # Newton's method may fall onto the parent, where the halves do not differ, or onto
@@ -180,7 +180,7 @@ class MeetsCopy:
                 break
             known.append(nearer)
         if known[-1] is not last:
-            further = _extrapolated(self._curve.orbits, known[-2], known[-1], share=0.0)
+            further = _extrapolated(self._curve.orbits, known[-2], known[-1], fraction=0.0)
             meeting = meeting if further is None else further
         return known[-1], meeting
 
@@ -190,7 +190,7 @@ class MeetsCopy:
         There this difference is what tells orbits apart, and not the parameter.
         """
         curve = self._curve
-        guess = _extrapolated(curve.orbits, before, last, share=1 / 4)
+        guess = _extrapolated(curve.orbits, before, last, fraction=1 / 4)
         if guess is None:
             return None
         row = -_odd(curve.orbits, last.z)
@@ -202,9 +202,9 @@ class MeetsCopy:
 
 
 def _extrapolated(
-    orbits: Orbits, before: OrbitPoint, last: OrbitPoint, share: float
+    orbits: Orbits, before: OrbitPoint, last: OrbitPoint, fraction: float
 ) -> Array | None:
-    """Return the orbit whose halves differ by a share of what they do at the last of two.
+    """Return the orbit whose halves differ by a fraction of what they do at the last of two.
 
     What halves have in common goes with the square of that, beside where a curve meets its copy.
     """
@@ -213,7 +213,7 @@ def _extrapolated(
     if not second < first:
         return None
     rise = ((last.z - odd) - (before.z - wider)) / ((first / second) ** 2 - 1)
-    return np.asarray(last.z - odd + (1 - share**2) * rise + share * odd)
+    return np.asarray(last.z - odd + (1 - fraction**2) * rise + fraction * odd)
 
 
 def _odd(orbits: Orbits, z: Array) -> Array:
@@ -224,15 +224,15 @@ def _odd(orbits: Orbits, z: Array) -> Array:
 
 
 def close_on_parent(
-    orbits: Orbits, births: Sequence[Birth], last: OrbitPoint, meeting: Array
+    orbits: Orbits, children: Sequence[EmanatingBranch], last: OrbitPoint, meeting: Array
 ) -> Stop[OrbitPoint]:
     """Return the end of a branch that meets its copy: where another is known to begin, if any."""
-    birth = _matching(orbits, meeting, births)
-    value = orbits.value(meeting if birth is None else birth.in_terms_of(orbits))
+    child = _matching(orbits, meeting, children)
+    value = orbits.value(meeting if child is None else child.in_terms_of(orbits))
     where = _place_of_meeting(orbits, meeting)
     reason = f"the branch closed on {where} at {orbits.vary} = {value:.9g}"
-    beyond = None if birth is None else _birth_point(orbits, last, birth)
-    return Stop(last, End("closed", reason, (value,)), beyond, birth)
+    beyond = None if child is None else _child_point(orbits, last, child)
+    return Stop(last, End("closed", reason, (value,)), beyond, child)
 
 
 def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
@@ -246,21 +246,23 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 
-def _matching(orbits: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth | None:
+def _matching(
+    orbits: Orbits, meeting: Array, children: Sequence[EmanatingBranch]
+) -> EmanatingBranch | None:
     """Return the bifurcation whose orbit is the one where the branch met its copy."""
 
-    def distance(birth: Birth) -> float:
-        return orbits.distance(birth.in_terms_of(orbits), meeting)
+    def distance(child: EmanatingBranch) -> float:
+        return orbits.distance(child.in_terms_of(orbits), meeting)
 
-    alike = [birth for birth in births if birth.fits(orbits)]
+    alike = [child for child in children if child.fits(orbits)]
     nearest = min(alike, key=distance, default=None)
     return nearest if nearest is not None and distance(nearest) < CLOSING.near_origin else None
 
 
-def _birth_point(orbits: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
+def _child_point(orbits: Orbits, last: OrbitPoint, child: EmanatingBranch) -> OrbitPoint:
     """Return the bifurcation that a branch closed on as its last point."""
-    start = birth.start
-    z = orbits.in_phase(birth.in_terms_of(orbits), last.z)
+    start = child.start
+    z = orbits.in_phase(child.in_terms_of(orbits), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))
     return orbits.derived_point(z, last.tangent, place, start.monodromy, start.residual)
 
@@ -279,7 +281,7 @@ class Returns:
         if len(interval.traced.points) < 4:
             return MonitorResult()
         length = point.arclength - before.arclength
-        first = self._begun_alike(interval.traced.points[0], before.z, length)
+        first = self._started_alike(interval.traced.points[0], before.z, length)
         if first is None:
             return MonitorResult()
         along = float((first - before.z) @ before.tangent)
@@ -291,7 +293,7 @@ class Returns:
         end = End("closed", self._reason, self._curve.place(passed.z))
         return MonitorResult(stop=Stop(passed, end, closes=True))
 
-    def _begun_alike(self, first: OrbitPoint, last: Array, length: float) -> Array | None:
+    def _started_alike(self, first: OrbitPoint, last: Array, length: float) -> Array | None:
         """Return the first orbit started where it lies nearest to the last, None if it is far away.
 
         Round a closed curve, cycles come back started elsewhere, and on another mesh.

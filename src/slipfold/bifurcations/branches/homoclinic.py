@@ -133,7 +133,7 @@ def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
     return float(last / first)
 
 
-def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
+def _stands(orbits: Orbits, points: Sequence[OrbitPoint], fraction: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
     if (
@@ -142,7 +142,7 @@ def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])
-    return bool((np.abs(last[:, 1]) < share * last[:, 0] / unit).all())
+    return bool((np.abs(last[:, 1]) < fraction * last[:, 0] / unit).all())
 
 
 def _passes_saddle(point: OrbitPoint) -> bool:
@@ -166,12 +166,12 @@ def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:
     if len(points) < 3:
         return None
     last = points[-3:]
-    shares = np.array([point.z[-2] for point in last]) ** -2.0
+    weights = np.array([point.z[-2] for point in last]) ** -2.0
     values = np.array([point.z[-1] for point in last])
-    slopes = np.diff(values) / np.diff(shares)
+    slopes = np.diff(values) / np.diff(weights)
     if not abs(slopes[0] / slopes[1] - 1) < RULE.proportional:
         return None
-    there = float(np.polynomial.Polynomial.fit(shares, values, 2)(0.0))
+    there = float(np.polynomial.Polynomial.fit(weights, values, 2)(0.0))
     beyond = last[-1].z.copy()
     beyond[-1] = 2 * there - beyond[-1]
     appeared = _slopes_at_rest(last[-1], beyond, RULE.nearby) is not None

@@ -11,12 +11,12 @@ from slipfold.bifurcations.branches.bifurcations import BIFURCATION, CLOSED, Bif
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import (
-    Birth,
-    MeetsCopy,
+    EmanatingBranch,
+    MeetsImage,
     Returns,
     close_on_parent,
-    has_copy,
-    noise_beside_birth,
+    has_image,
+    noise_beside_parent,
     step_beside_parent,
 )
 from slipfold.bifurcations.branches.ends import BranchEndings
@@ -138,16 +138,16 @@ class _Branches(CurveSet[OrbitPoint]):
             self._span,
             self._settings,
             departs=start.departs,
-            births=[item.birth for item in self._junctions if item.birth and not _crosses(item)],
+            children=[item.child for item in self._junctions if item.child and not _crosses(item)],
             events=self._events,
             on_step=self._report,
             through_stick=self._through_stick,
         )
 
-    def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+    def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the new junctions of a branch; one that was met before links two branches."""
         for item in self._junctions:
-            if any(item.birth is reached for reached in followed.traced.reached):
+            if any(item.child is reached for reached in followed.traced.reached):
                 self.lead(item.found, followed.number)
         known = sum(
             found.type == "PD"
@@ -225,7 +225,7 @@ def trace_branch(
     settings: Settings,
     *,
     departs: bool = False,
-    births: Sequence[Birth] = (),
+    children: Sequence[EmanatingBranch] = (),
     events: Sequence[Event] = (),
     on_step: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
@@ -236,11 +236,11 @@ def trace_branch(
         orbits,
         start,
         orbits.bounds(span),
-        lambda curve: _monitors(curve, span, settings, departs, births, events),
+        lambda curve: _monitors(curve, span, settings, departs, children, events),
         settings=settings,
         departs=departs,
         first_step=partial(_first_step, orbits, start, settings) if departs else None,
-        cap=step_beside_parent if has_copy(orbits) else None,
+        cap=step_beside_parent if has_image(orbits) else None,
         endings=BranchEndings(span, settings),
         otherwise=change.otherwise,
         on_step=on_step,
@@ -252,7 +252,7 @@ def _monitors(
     span: tuple[float, float],
     settings: Settings,
     departs: bool,
-    births: Sequence[Birth],
+    children: Sequence[EmanatingBranch],
     events: Sequence[Event],
 ) -> list[Monitor[OrbitPoint]]:
     """Return the monitors of a branch: those that end it first, the most expensive last."""
@@ -260,8 +260,8 @@ def _monitors(
         SwitchingBoundaries(orbits),
         Unresolved(orbits, partial(nears_homoclinic, orbits)),
     ]
-    if has_copy(orbits):
-        monitors.append(MeetsCopy(orbits, partial(close_on_parent, orbits, births)))
+    if has_image(orbits):
+        monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children)))
     if not departs:  # a branch that starts at a branch point closes there
         monitors.append(Returns(orbits, CLOSED))
     monitors.append(Limits(orbits))
@@ -285,7 +285,7 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     others = start.multipliers[apart.argsort()[critical:]]
     outside = int(np.count_nonzero(np.abs(others) > 1))
     # Of several branches each is known at that distance, and nearer to the point it is not.
-    longest = step = STEP.birth if critical == 1 else BIFURCATION.radius
+    longest = step = STEP.emanating if critical == 1 else BIFURCATION.radius
     for _ in range(6):
         first = first_point(orbits, start, step, settings)
         if not isinstance(first, Failure) and 0 <= first.unstable - outside <= critical:
@@ -299,5 +299,5 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
 def _continues(nearer: OrbitPoint, first: OrbitPoint) -> bool:
     """Whether the parameter moves in the same direction at both, or hardly at one of them."""
     slopes = float(nearer.tangent[-1]), float(first.tangent[-1])
-    level = max(LEVEL, noise_beside_birth(nearer)[1])
+    level = max(LEVEL, noise_beside_parent(nearer)[1])
     return slopes[0] * slopes[1] > 0 or min(map(abs, slopes)) < level

@@ -1,4 +1,4 @@
-"""How the orbits stand on each stretch of a branch, and where it first loses its stability."""
+"""How the orbits stand on each interval of a branch, and where it first loses its stability."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Multipliers = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class StabilityStretch:
+class StabilityInterval:
     """A part of a branch on which no multiplier crosses the unit circle."""
 
     # Arclength of its ends
@@ -33,7 +33,7 @@ class StabilityStretch:
         return len(self.outside) == 0
 
 
-def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
+def stability_intervals(branch: Branch) -> tuple[StabilityInterval, ...]:
     """Cut a branch at its bifurcations, and where its contacts begin to do something else.
 
     Where no point of the branch lies between two of them, what is outside follows from what was
@@ -41,13 +41,13 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
 
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(f=12.5), vary="Nd", span=(0, 0.3))
-    >>> [stretch.stable for stretch in stability_stretches(diagram.branches[0])]
+    >>> [interval.stable for interval in stability_intervals(diagram.branches[0])]
     [True, False]
     """
     marks = [item for item in branch.special if item.type != "EVENT"]
     first, last = float(branch.arclength[0]), float(branch.arclength[-1])
     breaks = [first, *(item.arclength for item in marks), last]
-    stretches: list[StabilityStretch] = []
+    intervals: list[StabilityInterval] = []
     for i, (begin, end) in enumerate(pairwise(breaks)):
         clear = np.minimum(branch.arclength - begin, end - branch.arclength)
         middle = int(clear.argmax())
@@ -56,12 +56,12 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
         elif i == 0 or i == len(marks):
             outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
         elif marks[i - 1].type not in BIFURCATION_TYPES:
-            outside = stretches[-1].outside
+            outside = intervals[-1].outside
         else:
             cycle = not branch.model.forced and branch.kind == "periodic"
-            outside = _behind(marks[i - 1], len(stretches[-1].outside), cycle)
-        stretches.append(StabilityStretch(begin, end, outside))
-    return tuple(stretches)
+            outside = _behind(marks[i - 1], len(intervals[-1].outside), cycle)
+        intervals.append(StabilityInterval(begin, end, outside))
+    return tuple(intervals)
 
 
 def loss_of_stability(branch: Branch) -> SpecialPoint | None:

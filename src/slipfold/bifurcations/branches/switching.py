@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
-from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, Birth
+from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, EmanatingBranch
 from slipfold.bifurcations.branches.homoclinic import snakes_about
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import method_for
@@ -30,7 +30,7 @@ class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins."""
 
     orbits: Orbits | None = None  # equations of the branch on which it lies
-    birth: Birth | None = None  # the branch that begins there
+    child: EmanatingBranch | None = None  # the branch that begins there
     several: bool = False  # whether other branches begin there as well, as by a symmetry
 
 
@@ -58,20 +58,20 @@ def junctions_on(
         try:
             several = isinstance(found, SeveralCritical) and found.type == "BP"
             if several:
-                births = branches_around(orbits, found.point)
+                children = branches_around(orbits, found.point)
             else:
-                birth = emanating_branch(orbits, found, settings, largest)
-                births = [] if birth is None else [birth]
+                child = emanating_branch(orbits, found, settings, largest)
+                children = [] if child is None else [child]
         except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
             continue
-        for birth in births:
-            start, curve = birth.start, birth.orbits
+        for child in children:
+            start, curve = child.start, child.orbits
             # At a branch point the other branch continues in both directions.
             crosses = found.type == "BP" and not several
             both = (start, curve.turned(start)) if crosses else (start,)
             rank = (int(curve.kind != "equilibrium"), curve.period)
             common = curve, both, rank, True, followed.number, found
-            junctions.append(Junction(*common, orbits=orbits, birth=birth, several=several))
+            junctions.append(Junction(*common, orbits=orbits, child=child, several=several))
     if about and traced.end is not None:
         reason = (
             f"{traced.end.reason}; what begins within {BIFURCATION.tail:g} of the span of that "
@@ -91,20 +91,20 @@ def junctions_on(
 
 def emanating_branch(
     orbits: Orbits, found: Found, settings: Settings, largest: float
-) -> Birth | None:
+) -> EmanatingBranch | None:
     """Return the branch that begins at a special point, if its period is not too long."""
     if found.type == "BP" and found.other is not None:
-        return Birth(orbits, _other_branch(found, found.other))
+        return EmanatingBranch(orbits, _other_branch(found, found.other))
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
-        return _born(hopf_cycle(orbits, found.point.z, method), found.point)
+        return _child(hopf_cycle(orbits, found.point.z, method), found.point)
     if found.type == "PD" and 2 * orbits.period <= largest:
-        return _born(doubled_orbit(orbits, found.point.z), found.point)
+        return _child(doubled_orbit(orbits, found.point.z), found.point)
     return None
 
 
-def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
+def branches_around(orbits: Orbits, point: OrbitPoint) -> list[EmanatingBranch]:
     """Return the branches that leave a point where two multipliers are one, as by a symmetry.
 
     There the Jacobian has a kernel of three dimensions: the tangent of the branch that is known,
@@ -130,13 +130,13 @@ def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
         else:
             if found is not None and not any(_are_images(found, other) for other in points):
                 points.append(found)
-    births = []
+    children = []
     for item in points:
         tangent = (item.z - point.z) / np.linalg.norm(item.z - point.z)
         tests = {**point.tests, "LP": float(tangent[-1])}
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
-        births.append(Birth(orbits, start))
-    return births
+        children.append(EmanatingBranch(orbits, start))
+    return children
 
 
 def _nearest_orbit(orbits: Orbits, z: Array, away: Array, plane: Array) -> Array:
@@ -163,10 +163,10 @@ def _are_images(first: OrbitPoint, second: OrbitPoint) -> bool:
     )
 
 
-def _born(first: Emanating, point: OrbitPoint) -> Birth:
+def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
     curve = first.orbits
     start = curve.derived_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
-    return Birth(curve, start)
+    return EmanatingBranch(curve, start)
 
 
 def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:
@@ -186,7 +186,11 @@ def _are_one(junction: Junction, other: Junction) -> bool:
     if (junction.found.type, other.found.type) != ("BP", "BP"):
         return False
     orbits, their = junction.orbits, other.orbits
-    if orbits is None or their is None or not Birth(orbits, junction.found.point).fits(their):
+    if (
+        orbits is None
+        or their is None
+        or not EmanatingBranch(orbits, junction.found.point).fits(their)
+    ):
         return False
     z, other_z = junction.found.point.z, other.found.point.z
     if abs(orbits.value(z) - their.value(other_z)) >= BIFURCATION.same_value * orbits.width:

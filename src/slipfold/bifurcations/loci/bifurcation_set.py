@@ -64,7 +64,7 @@ def find_bifurcation_set(
     response ends because a contact begins to stick, the grazing locus is followed.
     """
     window = check_window(model, plane, window)
-    types, periods = check_asked(model, types, periods)
+    types, periods = check_requested(model, types, periods)
     if regions and not model.forced:
         raise InputError(
             f"regions exist for forced models only, and {model.name} is autonomous; compute its "
@@ -202,7 +202,7 @@ def possible_types(model: Model) -> tuple[str, ...]:
     return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
-def check_asked(
+def check_requested(
     model: Model, types: Sequence[str] | None, periods: Sequence[int]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
     """Return the requested types and periods without duplicates, in the standard order."""

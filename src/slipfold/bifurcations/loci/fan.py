@@ -218,7 +218,7 @@ def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
         # Lines at the edges of the window meet what only touches it.
         for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
 
-            def tell(
+            def report(
                 progress: Progress,
                 value: float = float(value),
                 vary: str = vary,
@@ -231,7 +231,7 @@ def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
                 at = plane.place(vary, found["parameter"], value)
                 plane.report("responses", done, sum(counts), at, text)
 
-            line = follow_line(plane, vary, float(value), tell)
+            line = follow_line(plane, vary, float(value), report)
             yield line
             if line.interrupted:
                 return
@@ -248,8 +248,8 @@ def follow_line(
 ) -> FanLine:
     """Follow one response; what keeps it from existing is data, not an error.
 
-    It begins and ends outside the window, so that branches born there are known inside: at the
-    state without forcing where the parameter switches the forcing off.
+    It begins and ends outside the window, at zero where the parameter scales the forcing, so that
+    branches that emanate outside are known inside.
     """
     (fixed,) = (name for name in plane.names if name != vary)
     low, high = extended(plane.model, vary, plane.span(vary))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.bifurcations.branches.change import Change
-from slipfold.bifurcations.branches.closed_branches import Returns, has_copy, step_beside_parent
+from slipfold.bifurcations.branches.closed_branches import Returns, has_image, step_beside_parent
 from slipfold.bifurcations.branches.ends import failure_reason
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
@@ -65,7 +65,7 @@ def trace_locus(
     window: Window,
     settings: Settings,
     *,
-    born: bool = False,
+    departs: bool = False,
     first_step: float = RULES.first_step,
     watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
@@ -75,7 +75,7 @@ def trace_locus(
 
     def cap(point: OrbitPoint) -> float:
         """Return the longest step; the first one that leaves the parents was tried already."""
-        return first_step if born and point is start else step_beside_parent(point)
+        return first_step if departs and point is start else step_beside_parent(point)
 
     return follow(
         curve,
@@ -83,9 +83,9 @@ def trace_locus(
         orbits.bounds(*window),
         lambda curve: _monitors(curve, settings),
         settings=settings,
-        departs=born,
+        departs=departs,
         first_step=first_step,
-        cap=cap if has_copy(orbits) else None,
+        cap=cap if has_image(orbits) else None,
         endings=_LocusEndings(window, settings),
         otherwise=change.otherwise,
         on_step=watch,
@@ -95,7 +95,7 @@ def trace_locus(
 def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPoint]]:
     """What is watched along a locus: what ends it early first, what takes longest last."""
     monitors: list[Monitor[OrbitPoint]] = [SwitchingBoundaries(curve), Unresolved(curve)]
-    if has_copy(curve.orbits):
+    if has_image(curve.orbits):
         monitors.append(EndsAtParent(curve, settings))
     return [
         *monitors,
@@ -230,7 +230,7 @@ def follow_found(
         return ()
     if refusals and not work.curves:  # one point among many may be known too badly to start from
         raise refusals[0]
-    return as_loci(work.curves, work.leads, work.tell_described)
+    return as_loci(work.curves, work.leads, work.report_described)
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
@@ -316,13 +316,13 @@ class _Loci(CurveSet[OrbitPoint]):
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a locus in one direction."""
         assert isinstance(start, LocusStart)
-        settings, born, watch = self._settings, start.departs, self._tell
+        settings, departs, watch = self._settings, start.departs, self._report
         traced = trace_locus(
             start.curve,
             point,
             self._window,
             settings,
-            born=born,
+            departs=departs,
             first_step=start.step,
             watch=watch,
             through_stick=self._through_stick,
@@ -337,7 +337,7 @@ class _Loci(CurveSet[OrbitPoint]):
         followed.traced.found[:] = without_repeats(followed.traced.found)
         return followed
 
-    def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+    def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""
         number = followed.number
         if followed.interrupted or not self._types:
@@ -397,7 +397,7 @@ class _Loci(CurveSet[OrbitPoint]):
         if traced.end is not None and begins_or_ends_at(traced.points[-1:], orbits, z):
             traced.end = End(traced.end.kind, traced.end.reason, place)
 
-    def tell_described(
+    def report_described(
         self, followed: FollowedCurve[OrbitPoint], point: OrbitPoint, done: int
     ) -> None:
         """Report which normal form is computed next, unless interrupted."""
@@ -410,7 +410,7 @@ class _Loci(CurveSet[OrbitPoint]):
         )
         self._observer(locus_progress("normal forms", done, total, place, title))
 
-    def _tell(self, traced: TracedCurve[OrbitPoint]) -> None:
+    def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
         if self._observer is None:
             return
         curve = traced.curve

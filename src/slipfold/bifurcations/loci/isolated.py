@@ -13,7 +13,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
-from slipfold.bifurcations.branches.stability import stability_stretches
+from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.bifurcations.loci.fan import FanLine, extended
 from slipfold.bifurcations.loci.window import Plane
@@ -63,9 +63,9 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
     marks = [p.value for p in branch.special if p.type in BIFURCATION_TYPES]
     values = [float(branch.parameter[0]), *marks, float(branch.parameter[-1])]
     spans = []
-    for stretch, (a, b) in zip(stability_stretches(branch), pairwise(values), strict=True):
-        if stretch.stable:
-            first, last = np.searchsorted(branch.arclength, [stretch.begin, stretch.end])
+    for interval, (a, b) in zip(stability_intervals(branch), pairwise(values), strict=True):
+        if interval.stable:
+            first, last = np.searchsorted(branch.arclength, [interval.begin, interval.end])
             spans.append(StableSpan(min(a, b), max(a, b), (int(first), min(last + 1, len(branch)))))
     return spans
 
@@ -150,8 +150,8 @@ class Starts:
             root = (1 + root) ** (1 / (n + 1))
         steps = root ** -np.arange(1.0, n + 1)
         numbers = np.arange(1.0, ISOLATED.trajectories + 1) + place * ISOLATED.trajectories
-        shares = (0.5 + numbers[:, None] * steps) % 1
-        return np.asarray(self._middle + (2 * shares - 1) * self._half)
+        fractions = (0.5 + numbers[:, None] * steps) % 1
+        return np.asarray(self._middle + (2 * fractions - 1) * self._half)
 
 
 def follow_isolated(

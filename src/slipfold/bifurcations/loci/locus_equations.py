@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.closed_branches import asymmetry, has_copy
+from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
@@ -91,7 +91,7 @@ class LocusEquations(Critical):
         converges only if the others, which do not, are met first.
         """
         guess = super().aligned(guess, known)
-        if not has_copy(self.orbits) or asymmetry(self.orbits, known).any():
+        if not has_image(self.orbits) or asymmetry(self.orbits, known).any():
             return guess
         row = guess - known
         for _ in range(PROJECTIONS):

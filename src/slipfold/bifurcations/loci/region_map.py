@@ -128,11 +128,11 @@ class Region(OneLine):
     def _line(self) -> str:
         agreeing = sum(check.agrees for check in self.checks)
         checked = f", {agreeing} of {len(self.checks)} checks agree" if self.checks else ""
-        doubt = "" if self.consistent else ", its responses disagree"
-        doubt += f", {self.regimes_text}" if self.motions else ""
+        notes = "" if self.consistent else ", its responses disagree"
+        notes += f", {self.regimes_text}" if self.motions else ""
         return (
             f"Region {self.id}: {self.name}, {self.fraction:.1%} of the window, about "
-            f"{_place(self.place)}{checked}{doubt}"
+            f"{_place(self.place)}{checked}{notes}"
         )
 
     def _rows(self) -> PrintedTable:

@@ -228,7 +228,7 @@ def _ends(line: FanLine, grazing: Collection[BranchEnd]) -> list[_End]:
 def _changes(plane: Plane, lines: Sequence[FanLine], raster: Raster) -> Iterator[tuple[int, int]]:
     """Yield the cells, as row and column, at which the stable responses of a line change.
 
-    Pitchforks at which some are born; of those through stick whatever they meet, and where they
+    Pitchforks at which some emanate; of those through stick whatever they meet, and where they
     end.
     """
     for line in lines:

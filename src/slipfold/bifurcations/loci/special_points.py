@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus
-from slipfold.bifurcations.branches.closed_branches import asymmetry, has_copy
+from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
 from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
 from slipfold.continuation.end import End
 from slipfold.continuation.newton import correct
@@ -219,14 +219,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """
         standing = max(abs(point.tests["first"]), abs(point.tests["second"])) < RULES.near_parent
         orbits = self._curve.orbits
-        if not standing or not has_copy(orbits):
+        if not standing or not has_image(orbits):
             return False
         return float(np.linalg.norm(asymmetry(orbits, point.z))) < RULES.near_parent
 
     def _is_symmetric(self, point: OrbitPoint) -> bool:
         """Whether families of orbits cross at a point, as at a pitchfork."""
         orbits = self._curve.orbits
-        if has_copy(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < RULES.near_parent:
+        if has_image(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < RULES.near_parent:
             return False  # there all families of orbits are near that of their parents
         gap = crossing_gap(orbits, point.z)
         return gap < RULES.pitchfork and has_branch_point(self._curve, point)

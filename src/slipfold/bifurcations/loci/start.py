@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.closed_branches import MeetsCopy, asymmetry
+from slipfold.bifurcations.branches.closed_branches import MeetsImage, asymmetry
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
@@ -77,7 +77,7 @@ def regular_start(
     except BREAKDOWNS as error:
         raise _no_locus(curve, z, breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
-    step = STEP.birth if crosses else RULES.first_step
+    step = STEP.emanating if crosses else RULES.first_step
     return LocusStart(curve, both, departs=bool(crosses), crosses=crosses, step=step)
 
 
@@ -162,7 +162,7 @@ def _complex_side(start: LocusStart, settings: Settings) -> Iterator[LocusStart]
     """Return the direction in which a pair that meets on the real axis is complex."""
     sides = []
     for point in start.points:
-        first = first_point(start.curve, point, STEP.birth, settings)
+        first = first_point(start.curve, point, STEP.emanating, settings)
         if not isinstance(first, Failure) and is_complex(first):
             sides.append(point)
     if sides:
@@ -175,7 +175,7 @@ def is_complex(point: OrbitPoint) -> bool:
     return tests["BT"] > 0 if "BT" in tests else tests["R1"] > 0 < tests["R2"]
 
 
-FIRST_STEPS = (STEP.birth, 4 * STEP.birth, 16 * STEP.birth, 64 * STEP.birth)
+FIRST_STEPS = (STEP.emanating, 4 * STEP.emanating, 16 * STEP.emanating, 64 * STEP.emanating)
 """First steps that are tried: equations of folds vanish with the third power of the amplitude."""
 
 
@@ -205,13 +205,13 @@ def starts_at(
         on_locus = found.type == "R2" and condition == "NS"
         if kind not in types or on_locus or (kind == "BP" and not crossed):
             continue
-        first = _newborn(orbits, point.z, pair)
+        first = _emanating(orbits, point.z, pair)
         if found.type == "ZH" and crossed and kind == "NS":
             mixed = _mixed(orbits, point.z, first)
             if mixed is None:
                 continue
             first = mixed
-        yield from _born(first, kind, point, settings)
+        yield from _emanating_from(first, kind, point, settings)
 
 
 def _type_of(found: Found) -> CodimensionTwoType:
@@ -219,7 +219,7 @@ def _type_of(found: Found) -> CodimensionTwoType:
     return CODIMENSION_TWO.get(found.type, CodimensionTwoType("extremum", ()))
 
 
-def _newborn(orbits: Orbits, z: Array, pair: int) -> Emanating:
+def _emanating(orbits: Orbits, z: Array, pair: int) -> Emanating:
     if isinstance(orbits, Equilibria):
         return hopf_cycle(orbits, z, pair=pair)
     return doubled_orbit(orbits, z)
@@ -248,7 +248,7 @@ def _mixed(orbits: Orbits, z: Array, cycle: Emanating) -> Emanating | None:
     return replace(cycle, tangent=moved / np.linalg.norm(moved))
 
 
-def _born(
+def _emanating_from(
     first: Emanating, condition: str, parent: OrbitPoint, settings: Settings
 ) -> Iterator[LocusStart]:
     """Return the locus of orbits that emanate at a point, unless it leads to their parents."""
@@ -260,7 +260,7 @@ def _born(
         after = first_point(curve, start, step, settings)
         if isinstance(after, Failure):
             continue
-        if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * STEP.birth:
+        if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * STEP.emanating:
             continue
         if step < FIRST_STEPS[-1] and not _is_resolved(start, after):
             continue
@@ -290,10 +290,10 @@ def _leaving_along(
     start = _leaving(curve, point.z, tangent, point.monodromy, point.residual)
     if start is None:
         return
-    after = first_point(curve, start, STEP.birth, settings)
+    after = first_point(curve, start, STEP.emanating, settings)
     if (
         not isinstance(after, Failure)
-        and abs(float((after.z - point.z) @ tangent)) > 0.5 * STEP.birth
+        and abs(float((after.z - point.z) @ tangent)) > 0.5 * STEP.emanating
     ):
         images = after.z, 2 * point.z - after.z
         yield LocusStart(curve, (start,), departs=True, crosses=crosses, beside=images)
@@ -368,13 +368,13 @@ class EndsAtParent:
     """Ends a locus where its orbits shrink to those that they emanate at.
 
     Newton's method is singular there, the more so the higher the order to which equations vanish:
-    the point of codimension two at which they are born is looked for on the locus of the parents.
+    the point of codimension two from which they emanate is searched on the locus of the parents.
     """
 
     def __init__(self, curve: LocusEquations, settings: Settings) -> None:
         self._curve = curve
         self._settings = settings
-        self._meets = MeetsCopy(curve, partial(_at_parent, curve))
+        self._meets = MeetsImage(curve, partial(_at_parent, curve))
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the end, if an orbit is near its parent, or the locus goes on as its own copy."""
@@ -460,7 +460,7 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
     """Return the end of a locus at a point of its parents, with the orbit that both share."""
     orbits, parents = curve.orbits, found.point.curve.orbits
     pairs = {pair for kind, pair in _type_of(found).emanating if kind == curve.condition}
-    firsts = [_newborn(parents, found.point.z, pair) for pair in sorted(pairs)]
+    firsts = [_emanating(parents, found.point.z, pair) for pair in sorted(pairs)]
     adopted = [orbits.in_phase(orbits.adopt(item.orbits, item.z), last.z) for item in firsts]
     gaps = [float(np.linalg.norm(z - last.z)) for z in adopted]
     nearest = int(np.argmin(gaps))
@@ -535,9 +535,9 @@ def _grazing(
 
     In the plane nothing can be integrated where slip vanishes, so the first parameter gives way.
     """
-    for share in GIVING_WAY:
+    for fraction in GIVING_WAY:
         near = z.copy()
-        near[-2] *= 1 + share
+        near[-2] *= 1 + fraction
         by = MarginalShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
         if by is not None:
             return by, near

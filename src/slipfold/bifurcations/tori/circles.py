@@ -209,11 +209,11 @@ class Circles(Curve[CirclePoint]):
         zero, states, turns = np.zeros(self.count), self.states(z), self.rotation(z)
         constants = self.constants(z)
         along = constants.rates[:, self._indices]
-        ends, matrices, pulls = self.flow.linearize(
+        ends, matrices, by_parameters = self.flow.linearize(
             states, zero, zero + self.period, constants, along
         )
         by_turns = -(slopes(turned(states, turns)) / self._sizes).ravel()
-        by_free = (pulls * self._units / self._sizes[:, None]).reshape(self.size, -1)
+        by_free = (by_parameters * self._units / self._sizes[:, None]).reshape(self.size, -1)
         return _Linearized(self._apart(z, ends), matrices, turns, by_turns, by_free, self)
 
     def blended(self, known: Sequence[_Linearized | None], weights: Array) -> _Linearized | None:

@@ -190,8 +190,8 @@ def tori_of(
 ) -> tuple[TorusBranch, ...]:
     """Follow the tori from every Neimark-Sacker point of responses, or of cycles.
 
-    Of orbits on which contacts change only the births are known. Tori that shrink to an orbit again
-    are not followed from there as well.
+    Where contacts change, only the emanating tori are known. Tori that end at another
+    Neimark-Sacker point are not followed again from there.
     """
     starts = [
         (branch, point)

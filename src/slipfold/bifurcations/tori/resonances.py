@@ -46,8 +46,8 @@ def locked_interval(
     orbits = _LockedOrbits(circles, circles.states(near.z), ratio.denominator)
     turns = [point.curve.rotation(point.z) for point in (before, after)]
     ends = [point.curve.value(point.z) for point in (before, after)]
-    share = (float(ratio) - turns[0]) / (turns[1] - turns[0])
-    guess, farthest = ends[0] + share * (ends[1] - ends[0]), 2 * abs(ends[1] - ends[0])
+    fraction = (float(ratio) - turns[0]) / (turns[1] - turns[0])
+    guess, farthest = ends[0] + fraction * (ends[1] - ends[0]), 2 * abs(ends[1] - ends[0])
     phases = np.arange(TORUS.phases) / (TORUS.phases * ratio.denominator)
     values = np.array([orbits.value(phase, guess, farthest) for phase in phases])
     if np.isnan(values).any():
@@ -91,13 +91,13 @@ class _LockedOrbits:
                 return np.full_like(z, np.nan)
             constants = circles.flow.constants_of(model.replace(**{circles.vary: value}))
             zero, along = np.zeros(1), constants.rates[:, index]
-            ends, matrices, pulls = circles.flow.linearize(
+            ends, matrices, by_parameters = circles.flow.linearize(
                 state[None], zero, zero + circles.period * self.returns, constants, along
             )
             apart = wrap_angles(ends[0] - state, model.angle_periods) / scales
             matrix = np.zeros((len(z), len(z)))
             matrix[:-1, :-1] = matrices[0] * (scales / scales[:, None]) - np.eye(len(state))
-            matrix[:-1, -1] = pulls[0][:, 0] * circles.width / scales
+            matrix[:-1, -1] = by_parameters[0][:, 0] * circles.width / scales
             matrix[-1, :-1] = normal
             missed = np.append(apart, normal @ ((state - start[0]) / scales))
             if not np.isfinite(matrix).all():

@@ -148,13 +148,13 @@ class Commands(TyperGroup):
         except InputError as error:
             status = _fail(str(error))
         except UsageError as error:
-            status = _fail(_usage_sentence(error, self._asked_for(prog_name, args)))
+            status = _fail(_usage_sentence(error, self._requested(prog_name, args)))
         except KeyboardInterrupt:
             note("interrupted; nothing was written")
             status = INTERRUPTED
         sys.exit(status if isinstance(status, int) else DONE)
 
-    def _asked_for(self, program: str | None, args: Sequence[str] | None) -> str:
+    def _requested(self, program: str | None, args: Sequence[str] | None) -> str:
         """Return the name of the program and of the requested command, if there is one."""
         given = sys.argv[1:] if args is None else list(args)
         named = [program or "slipfold", *(name for name in given[:1] if name in self.commands)]

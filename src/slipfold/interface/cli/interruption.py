@@ -21,7 +21,7 @@ INTERRUPTIBLE = frozenset(
         "slipfold.bifurcations.branches.make_branch.describe_in_turn",
         "slipfold.results.checks.curves.check_some",
         "slipfold.results.checks.trajectories.check_trajectory",
-        "slipfold.continuation.curve_set.CurveSet.births_until_interrupted",
+        "slipfold.continuation.curve_set.CurveSet.children_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.Integration.run",
         "slipfold.bifurcations.loci.bifurcation_set.until_interrupted",

@@ -144,7 +144,7 @@ def select_points(
     periods: Collection[int] | None = None,
     labels: Collection[int] | None = None,
 ) -> list[SpecialPoint]:
-    """Return the special points with loci that are asked for, in the order of their labels."""
+    """Return the special points with loci that are requested, in the order of their labels."""
     from slipfold.orbits.bifurcation_types import LOCUS_TYPES
     from slipfold.results.diagram import points_by_label
 
@@ -153,18 +153,22 @@ def select_points(
         for label, point in points_by_label(diagram).items()
         if point.type in LOCUS_TYPES
     }
-    asked = {"label": labels, "type": types, "period": periods}
+    requested = {"label": labels, "type": types, "period": periods}
     chosen = [
         point
         for label, point in known.items()
         if all(
             choice is None or value in choice
-            for choice, value in zip(asked.values(), (label, point.type, point.period), strict=True)
+            for choice, value in zip(
+                requested.values(), (label, point.type, point.period), strict=True
+            )
         )
     ]
     if not chosen or not known.keys() >= set(labels or ()):
         given = ", ".join(
-            f"{name} {' or '.join(map(str, choice))}" for name, choice in asked.items() if choice
+            f"{name} {' or '.join(map(str, choice))}"
+            for name, choice in requested.items()
+            if choice
         )
         listed = (
             f"{label} ({point.type} of period {point.period})" for label, point in known.items()

@@ -36,7 +36,9 @@ TYPE, PERIOD = optional(
 
 def _read_point(texts: Values, values: Values) -> Values:
     model, span = read_model(texts, values), read_span(texts, values)
-    asked = {"point": (texts["type"], texts["period"] and parse_whole(texts["period"], "--period"))}
+    requested = {
+        "point": (texts["type"], texts["period"] and parse_whole(texts["period"], "--period"))
+    }
     bounds = {}
     for name, bound in parse_assignments(
         texts.get("keep"), "--keep", "TYPE:PERIOD=VALUE", "PD:1=40mN"
@@ -44,12 +46,12 @@ def _read_point(texts: Values, values: Values) -> Values:
         kind, colon, period = name.partition(":")
         if not colon:
             raise InputError(f"--keep {name} has no period; give TYPE:PERIOD=VALUE, e.g. PD:1=40mN")
-        asked[name], bounds[name] = (kind, parse_whole(period, f"--keep {kind}:")), bound
-    return {"before": partial(_points, {**model, **span}, asked, bounds)}
+        requested[name], bounds[name] = (kind, parse_whole(period, f"--keep {kind}:")), bound
+    return {"before": partial(_points, {**model, **span}, requested, bounds)}
 
 
 def _points(
-    response_of: Values, asked: Values, bounds: Values, on_progress: Observer
+    response_of: Values, requested: Values, bounds: Values, on_progress: Observer
 ) -> dict[str, Any]:
     """Follow the response; return its special points as arguments of the computation."""
     from slipfold.computations.response import response
@@ -63,7 +65,7 @@ def _points(
         points = select_points(diagram, "the response", types, periods)
         return min(points, key=lambda point: abs(point.value - diagram.span[0]))
 
-    points = {name: first(*each) for name, each in asked.items()}
+    points = {name: first(*each) for name, each in requested.items()}
     kept = {name: (points[name], bound) for name, bound in bounds.items()}
     return {"point": points["point"]} | ({"keep": kept} if kept else {})
 

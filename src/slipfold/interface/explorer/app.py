@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.curves import readings_view
+from slipfold.interface.explorer.curves import measurements_view
 from slipfold.interface.explorer.export import MEDIA_TYPES, SUFFIXES
 from slipfold.interface.explorer.messages import (
     CancelRequest,
@@ -253,7 +253,7 @@ def _add_interface(
             result = parse_measurement(request.text, request.name, model)
         except InputError as error:
             return PlainTextResponse(str(error), 400)
-        return JSONResponse(readings_view(result))
+        return JSONResponse(measurements_view(result))
 
     @app.post("/api/export", responses=answers, response_class=PlainTextResponse)
     async def export(request: ExportRequest) -> Response:

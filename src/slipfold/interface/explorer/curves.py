@@ -230,7 +230,7 @@ def _grown_line(line: LocusLine, points: list[tuple[float, float]]) -> dict[str,
     }
 
 
-def readings_view(measurement: Measurement) -> dict[str, Any]:
+def measurements_view(measurement: Measurement) -> dict[str, Any]:
     """Return measurements by quantity, SI units; None where there is no value or no error."""
     return {
         "vary": measurement.vary,

@@ -191,16 +191,16 @@ class SegmentMap:
         Both are linear in the direction: no more than n of them are ever integrated.
         """
         for direction in along:
-            rest = direction - self._shares(direction[None])[0] @ self._propagated[:, 0]
+            rest = direction - self._coordinates(direction[None])[0] @ self._propagated[:, 0]
             if np.linalg.norm(rest) > FORMS.spanned * np.linalg.norm(direction):
                 self._integrate(rest / np.linalg.norm(rest))
-        shares = self._shares(along)
+        coordinates = self._coordinates(along)
         return (
-            np.einsum("rk,kmn->rmn", shares, self._propagated),
-            np.einsum("rk,kmab->rmab", shares, self._bent),
+            np.einsum("rk,kmn->rmn", coordinates, self._propagated),
+            np.einsum("rk,kmab->rmab", coordinates, self._bent),
         )
 
-    def _shares(self, along: Array) -> Array:
+    def _coordinates(self, along: Array) -> Array:
         """Return directions as sums of those that are known, nearly. Shapes: (r, n) to (r, k)."""
         known = self._propagated[:, 0]
         if len(known) == 1:  # as for most; a fifth of the time

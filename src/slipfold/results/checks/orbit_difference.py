@@ -288,7 +288,7 @@ def _newton_step(
     forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
     angle_periods = orbit.model.angle_periods / field.scales
     condensed = _condensed(field, retraced, angle_periods, autonomous=not forced)
-    matrices, pulls, defects = _between(anchors, condensed)
+    matrices, by_parameters, defects = _between(anchors, condensed)
     rates = None if forced else field.rates(retraced.nodes, retraced.edges[:-1])
     own = 0 if forced else 1
     # Each piece has errors of its own.
@@ -298,7 +298,7 @@ def _newton_step(
     # By either method: a wrong critical multiplier must not make the orbit seem less well known.
     singular = is_singular(orbit.multipliers, own) or is_singular(values, own)
     off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
-    solved = _solved(matrices, pulls, defects, rates, off if singular else None)
+    solved = _solved(matrices, by_parameters, defects, rates, off if singular else None)
     step, growth, along = solved.step, solved.growth, solved.along
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
@@ -338,10 +338,12 @@ def _condensed(
         start, lengths = edges[:-1][rows], np.diff(edges)[rows]
         nodes, stages = retraced.nodes[rows], retraced.stages[rows]
         solved = newton_step(field, gauss_points(m), nodes, start, lengths, stages)
-        pulls = np.zeros((len(lengths), n, 1))
+        by_parameters = np.zeros((len(lengths), n, 1))
         if autonomous:
-            pulls = solved.answered(field.rates(stages, solved.phases)[..., None])[1]
-        parts.append(np.concatenate([solved.matrices, pulls, solved.ends[..., None]], axis=2))
+            by_parameters = solved.answered(field.rates(stages, solved.phases)[..., None])[1]
+        parts.append(
+            np.concatenate([solved.matrices, by_parameters, solved.ends[..., None]], axis=2)
+        )
     condensed = np.concatenate(parts)
     following = np.roll(retraced.nodes, -1, axis=0)
     condensed[:, :, n + 1] = wrap_angles(condensed[:, :, n + 1] - following, angle_periods)
@@ -372,7 +374,7 @@ class _SolvedStep(NamedTuple):
 
 
 def _solved(
-    matrices: Array, pulls: Array, defects: Array, rates: Array | None, off: float | None
+    matrices: Array, by_parameters: Array, defects: Array, rates: Array | None, off: float | None
 ) -> _SolvedStep:
     """Solve for the step that leads to the orbit.
 
@@ -397,7 +399,7 @@ def _solved(
     if rates is None:
         matrix[-1, -1] = 1.0
     else:
-        matrix[:-1, -1] = pulls.ravel()
+        matrix[:-1, -1] = by_parameters.ravel()
         matrix[-1, :-1] = rates.ravel() / np.linalg.norm(rates)
     left, values, across = np.linalg.svd(matrix)
     is_open = off is not None or values[-1] * CHECKS.states < CHECKS.rounding
