@@ -143,3 +143,65 @@ def test_changes_of_two_contacts_that_meet_are_counted_once():
     assert [point.type for point in branch.special] == ["STICK", "MEET", "STICK"]
     assert branch.stopped.kind == "failed"
     assert max(point.uncertainty for point in branch.special) < 1e-9
+
+
+PLANE, SHAKEN = np.array([[1.0, 0.3], [0.3, 1.5]]), np.array([1.0, 0.0])
+
+
+def after_in_the_plane(state, periods, f, force, speed, static, kinetic):
+    """A mass on a moving plane: the least slip in the last of some periods, and its stuck part."""
+    plate, duration, tiny = np.array([speed, 0.0]), periods / f, 1e-8
+    time, state, stuck, least, stops = 0.0, np.array(state), False, np.inf, 0.0
+
+    def needed(t, q):
+        return PLANE @ q[:2] + 0.1 * q[2:] - force * math.cos(2 * math.pi * f * t) * SHAKEN
+
+    def rates(t, q):
+        slip = plate - q[2:]
+        held = needed(t, q) if stuck else kinetic * slip / np.hypot(*slip)
+        return np.append(q[2:], held - needed(t, q))
+
+    def changes(t, q):
+        return static - np.hypot(*needed(t, q)) if stuck else np.hypot(*(plate - q[2:])) - tiny
+
+    changes.terminal, changes.direction = True, -1
+    while True:
+        motion = solve_ivp(rates, (time, duration), state, events=changes, max_step=0.1, **EXACT)
+        if motion.t[-1] > duration - 1 / f:
+            stops += (motion.t[-1] - time) * f * stuck
+            slips = np.hypot(speed - motion.y[2], motion.y[3])[motion.t > duration - 1 / f]
+            least = least if stuck else min(least, slips.min(initial=np.inf))
+        time, state = motion.t[-1], motion.y[:, -1].copy()
+        if motion.status != 1:
+            return least, stops
+        if stuck:  # slip begins along what was needed
+            along = needed(time, state) / static
+            state[2:] = plate - 2 * tiny * along
+        elif np.hypot(*needed(time, state)) < kinetic:
+            state[2:] = plate
+        stuck = not stuck
+
+
+@pytest.mark.parametrize(
+    ("span", "end"), [((0.07, 0.12), 0.0885614227), ((0.12, 0.07), 0.0991599894)]
+)
+def test_slip_that_touches_zero_under_more_static_friction_ends_the_branch(span, end):
+    # From stick it ended 8e-7 before, where the equations were too stiff, and did not say why.
+    law = sf.Coulomb(mu_s=0.6, mu_k=0.5)
+    model = sf.Structure(
+        np.eye(2), 0.1 * np.eye(2), PLANE, names="x y", f=span[0],
+        contacts=sf.FrictionContact(("x", "y"), law, load=1.0, Vd=0.42),
+        forcing=sf.HarmonicForce("x", F=1.0),
+    )  # fmt: skip
+    (branch,) = sf.response(model, "f", span, settings=sf.Settings(largest_period=1)).branches
+    (point,) = branch.special
+    assert (point.type, branch.stopped.kind) == ("GRAZE", "failed")
+    assert point.value == branch.stopped.value == pytest.approx(end, abs=2e-8)
+    last, toward = branch.orbit(-1).state, np.sign(span[1] - span[0])
+    (near_slip, near_stops), (slip, _), (_, stops) = (
+        after_in_the_plane(last, 5, point.value + toward * way, 1.0, 0.42, 0.6, 0.5)
+        for way in (-1e-6, -1e-5, 1e-6)
+    )
+    assert near_stops == pytest.approx(point.stuck_fraction, abs=3e-3)
+    assert near_stops > 0 or near_slip / slip == pytest.approx(0.1, abs=1e-3)
+    assert abs(stops - near_stops) > 0.015

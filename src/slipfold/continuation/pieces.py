@@ -39,6 +39,8 @@ class PieceRules:
     approaches: int = 16
     nearer: float = 0.2
     enough: float = 1.5
+    # Maximum distance of two zeros that are one, over their estimated errors
+    same: float = 10.0
     # Maximum distance of a point of the next piece from the zero, over that of the guess
     astray: float = 30.0
 
@@ -241,6 +243,11 @@ class Vanishing(Generic[P]):
     def reach(self) -> float:
         """Distance of the farthest of the points."""
         return float(np.linalg.norm(self.z - self.points[0].z))
+
+    def is_same(self, other: Vanishing[P]) -> bool:
+        """Whether another place, reached from its other side, is this one within their errors."""
+        apart, errors = self.z - other.z, (self.error, other.error)
+        return bool(np.linalg.norm(apart) < PIECE.same * np.linalg.norm(errors))
 
 
 def locate_vanishing(

@@ -12,12 +12,14 @@ A contact that sticks afterwards has no slip in any variation: that direction va
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.contact_state import Instant
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import CONTACT, Ending, Mode, Status, reported_mode
 from slipfold.flow.polynomials import SlowPolynomials
@@ -188,7 +190,9 @@ def grazing_distances(
 ) -> list[float]:
     """Return minimum speeds of slow slip, over its scale, and squared durations of its stops.
 
-    A stop and the slip after it count by the duration only. Shapes: start (n,).
+    A stop and the slip after it count by the duration only. Where static friction is more than
+    kinetic, a stop lasts as soon as slip touches zero: then the square counts of what it leaves
+    unused of kinetic friction, over all of that. Shapes: start (n,).
     """
     result = list[float]()
     state, stopped, released = start, dict[int, float](), False
@@ -204,10 +208,24 @@ def grazing_distances(
                 continue
             if part.mode[contact] is not Status.STICK and after[contact] is Status.STICK:
                 stopped[contact] = part.end
+                result += _unused(system, part, after, contact)
             elif after[contact] is not Status.STICK and contact in stopped:
                 result.append((part.end - stopped.pop(contact)) ** 2)
         state, released = part.state, part.released
     return result
+
+
+def _unused(system: HybridSystem, part: SmoothPhase, after: Mode, contact: int) -> list[float]:
+    """Return the square of the fraction of kinetic friction that a stop in the plane leaves unused.
+
+    Nothing where static friction is not more.
+    """
+    now = system.at(part.state, part.end)
+    limit = now.starting[contact]
+    if now.holding[contact] <= limit * (1 + CONTACT.slack):
+        return []
+    friction, _ = Instant(now, system.places, (), after).forces(after)
+    return [(1 - math.hypot(*friction[system.places[contact]]) / limit) ** 2]
 
 
 def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:

@@ -85,8 +85,8 @@ class SwitchedShooting(Shooting):
     def grazing_margin(self, nodes: Array, constants: Constants) -> float | None:
         """Return a margin that vanishes where slip in the plane begins or ceases to reach zero.
 
-        It is the minimum speed, over its scale, or the square of the shortest stuck interval. None
-        where no slip is slow. Shapes: nodes (m, n).
+        It is the minimum speed, over its scale, or the square of the shortest stuck interval, or of
+        what a stop leaves unused of friction. None where no slip is slow. Shapes: nodes (m, n).
         """
         system = self.switched.system(nodes[0], constants)
         return min(grazing_distances(system, nodes[0], self.round(nodes, constants)), default=None)
@@ -101,7 +101,12 @@ class SwitchedShooting(Shooting):
         found, none, before = list[float](), np.empty((len(constants.values), 0)), nodes[0]
         for part, _ in self.round(nodes, constants):
             event = part.event
-            if event is not None and event.ending is Ending.YIELDS and not event.scaled:
+            if (
+                event is not None
+                and event.ending is Ending.YIELDS
+                and part.mode[event.which] is Status.STICK
+                and len(self.switched.contacts[event.which].slip) == 1
+            ):
                 mode = self.switched.mode(reported_mode(part.mode))
                 slopes, which = mode.slopes_of(event)
                 size = slopes.values(before[None], np.array([part.begin]), constants)[0, which]

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
@@ -24,6 +25,7 @@ from slipfold.continuation.pieces import (
 )
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
+from slipfold.flow.equations import Constants
 from slipfold.flow.modes import GRAZED, Mode, Status
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
@@ -47,6 +49,8 @@ class BoundaryRules:
     # Arclength by which a point may lie beyond a change of contacts that it is taken to precede:
     # residuals of 1e-10 move orbits by more
     passed: float = -1e-8
+    # Phases by which an interval of a mode may move from one point to the next beyond its ends
+    elsewhere: float = 0.05
     # Arclength within which a grazing is searched
     ahead: float = 0.02
     # Distance in the scaled parameter of two points that are one: each is known to a tenth of it
@@ -102,6 +106,8 @@ class SwitchingBoundaries:
         if grazing is not None:
             return grazing
         if before.piece == after.piece:
+            if _jumps(before, after):
+                raise LostCurveError("contacts change elsewhere in the period")
             return MonitorResult()
         try:
             boundary = locate_boundary(self._orbits, interval.history, before, after)
@@ -180,9 +186,9 @@ class SwitchingBoundaries:
                 back = orbits.turned(beyond)
                 distance = float(np.linalg.norm(beyond.z - place.z))
                 again = self._vanishing(orbits, back, 2 * distance)
-                if again is not None and np.linalg.norm(again.z - place.z) < distance:
+                if again is not None and again.is_same(place):
                     place = again
-                elif caught:  # for long: another orbit, apart from this
+                elif caught:  # for long: another orbit, which begins apart from this
                     beyond = None
         point = replace(place.nearest, z=place.z, arclength=last.arclength)
         found = FoundGrazing("GRAZE", point, float("inf"), place=place)
@@ -197,6 +203,34 @@ class SwitchingBoundaries:
             for least in RULES.smallest
         )
         return next(filter(None, places), None)
+
+
+def _at(point: OrbitPoint) -> tuple[Array, Constants]:
+    """Return the nodes and the constants of an orbit."""
+    orbits = point.curve.orbits
+    return orbits.nodes(point.z), orbits.constants(point.z)
+
+
+def _jumps(before: OrbitPoint, after: OrbitPoint) -> bool:
+    """Whether contacts of the one forced orbit do what the other's do nowhere near in the period.
+
+    Pieces of the same modes are not one then: other pieces lie between them.
+    """
+    orbits = after.curve.orbits
+    if orbits.by.smooth or orbits.free_phase:
+        return False
+    own, others = (item.curve.orbits.by.spans(*_at(item)) for item in (before, after))
+    for one, other in ((own, others), (others, own)):
+        for begin, end, mode in one:
+            gaps = (
+                abs((begin + end - a - b + orbits.period) % (2 * orbits.period) - orbits.period)
+                - (end - begin + b - a)
+                for a, b, same in other
+                if same == mode
+            )
+            if min(gaps) > 2 * RULES.elsewhere:
+                return True
+    return False
 
 
 def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool:
@@ -225,7 +259,7 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     if change is not None:
         _note(traced, change)
         return
-    release = by.slowest_release(orbits.nodes(last.z), orbits.constants(last.z))
+    release = by.slowest_release(*_at(last))
     if release is not None and release < RULES.barely:
         traced.end = End("limit", RELEASED, last.curve.place(last.z))
 
@@ -247,7 +281,7 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
 def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | None:
     """Return the nearest change of contacts within a distance of a point at which a piece ends."""
     orbits, nearest = point.curve.orbits, None
-    by, at = orbits.by, (orbits.nodes(point.z), orbits.constants(point.z))
+    by, at = orbits.by, _at(point)
     changes = [(kind, MarginalShooting.at(by, *at, kind)) for kind in GRAZED]
     changes += [("STICK", stop) for _, stop in MarginalShooting.stops_of(by, *at)[:1]]
     for kind, change in changes:
