@@ -31,6 +31,7 @@ from slipfold.models.units import parse_quantity
 
 if TYPE_CHECKING:
     from slipfold.models.friction.contact import Contact
+    from slipfold.models.modal_form import ModalForm
 
 
 class Evaluation:
@@ -247,6 +248,18 @@ class Model(ABC):
             Time divided by the forcing period.
         """
         return ()
+
+    def modal_form(self, c: Symbols, phase: Expression) -> ModalForm | None:
+        """Equations as modes that forces excite at a few places; None if they have no such form.
+
+        Parameters
+        ----------
+        c
+            The coefficients by name.
+        phase
+            Time divided by the forcing period.
+        """
+        return None
 
     @property
     def resting(self) -> tuple[str, ...]:

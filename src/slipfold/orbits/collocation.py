@@ -10,12 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import MANY, Field, LinearPart, Stages, solve_intervals
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import GAUSS, Cut, Scheme
-from slipfold.orbits.meshes import FLOOR, INTERVALS, MeshDiscretization, even_mesh, repeated, spread
+from slipfold.orbits.meshes import (
+    FLOOR,
+    INTERVALS,
+    MeshDiscretization,
+    even_mesh,
+    repeated,
+    spread,
+    steepness,
+)
 
 Places = NDArray[np.intp]
 
@@ -317,7 +324,7 @@ class Collocation(MeshDiscretization):
         if not np.isfinite(solved.slopes).all():
             return None
         order = len(self.points.points) + 1
-        density = _steepness(self.edges, solved.slopes, self.points)
+        density = steepness(self.edges, solved.slopes, self.points)
         density *= (self.points.error / MESH.error) ** (1 / order)
         density = np.maximum(density, self._growth(nodes, constants) / MESH.growth)
         errors = (density * self.lengths) ** order
@@ -339,21 +346,3 @@ class Collocation(MeshDiscretization):
         slopes = self._field(constants).jacobians(scaled, phases)
         rates = np.repeat(np.linalg.eigvals(slopes).real.max(axis=1), each)[: len(nodes)]
         return np.maximum(rates, np.roll(rates, -each))
-
-
-def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
-    r"""Return the density that a mesh needs on each interval, shape (N,).
-
-    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for degree m; returned
-    is the root of order m + 1 of that derivative, estimated from neighbors (de Boor 1973; Russell
-    and Christiansen, SIAM Journal on Numerical Analysis 15 (1978) 59-80).
-
-    Shapes: edges (N + 1,); slopes (N, m, n).
-    """
-    m = len(gauss.points)
-    lengths = np.diff(edges)
-    highest = np.einsum("k,ikn->in", gauss.highest, slopes) / lengths[:, None] ** (m - 1)
-    # The orbit is closed: the last interval is the neighbor of the first.
-    gaps = (lengths + np.roll(lengths, -1)) / 2
-    jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
-    return np.asarray(np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1)))

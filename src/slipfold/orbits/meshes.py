@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Discretization
@@ -29,6 +30,11 @@ class MeshDiscretization(Discretization):
     growing = True
 
     @property
+    def mesh(self) -> Array:
+        """Edges of the mesh: those of the segments."""
+        return self.edges
+
+    @property
     def copies(self) -> int:
         """Number of times that the mesh repeats itself in the period."""
         return mesh_copies(self.model, self.period)
@@ -41,7 +47,7 @@ class MeshDiscretization(Discretization):
         """Return the same for orbits of another period: the mesh is repeated, or its half taken."""
         wanted = mesh_copies(self.model, period)
         own = self.period / self.copies
-        pattern = self.edges[: self.segments // self.copies + 1]
+        pattern = self.mesh[: (len(self.mesh) - 1) // self.copies + 1]
         if wanted * own == period:
             return self.on(repeated(pattern, wanted))
         # Of a cycle the mesh is that of half a round; of a forced orbit that of a whole one.
@@ -57,7 +63,7 @@ class MeshDiscretization(Discretization):
         """
         density = density.reshape(self.copies, -1).max(axis=0)
         density = np.maximum(density, (np.roll(density, 1) + np.roll(density, -1)) / 2)
-        return self.edges[: len(density) + 1], density
+        return self.mesh[: len(density) + 1], density
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
         """Return the states at equidistant phases from that of the first node, shape (M, n).
@@ -102,3 +108,21 @@ def spread(edges: Array, density: Array, count: int) -> Array:
     raised = density + (FLOOR * total / (edges[-1] - edges[0]) if total > 0 else 1.0)
     cumulated = np.concatenate([[0.0], np.cumsum(raised * lengths)])
     return np.interp(np.linspace(0.0, cumulated[-1], count + 1), cumulated, edges)
+
+
+def steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
+    r"""Return the density that a mesh needs on each interval, shape (N,).
+
+    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for degree m; returned
+    is the root of order m + 1 of that derivative, estimated from neighbors (de Boor 1973; Russell
+    and Christiansen, SIAM Journal on Numerical Analysis 15 (1978) 59-80).
+
+    Shapes: edges (N + 1,); slopes (N, m, n).
+    """
+    m = len(gauss.points)
+    lengths = np.diff(edges)
+    highest = np.einsum("k,ikn->in", gauss.highest, slopes) / lengths[:, None] ** (m - 1)
+    # The orbit is closed: the last interval is the neighbor of the first.
+    gaps = (lengths + np.roll(lengths, -1)) / 2
+    jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
+    return np.asarray(np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1)))

@@ -39,7 +39,9 @@ class Settings(Stepping):
         magnitude within a period. Special points are the same. ``"automatic"`` is shooting, which
         is quicker, over segments that adapt themselves to such growth, and on each branch
         collocation from where shooting cannot continue; from its beginning where the fastest
-        vibration turns 200 times within a period, of forced orbits if it decays as well.
+        vibration turns 200 times within a period, of forced orbits if it decays as well. Forced
+        orbits of structures with many or fast modes, and without contacts that stick, are computed
+        by shooting in which the modes are exact.
 
     Examples
     --------

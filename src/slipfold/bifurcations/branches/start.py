@@ -28,6 +28,7 @@ from slipfold.orbits.first_orbits import find_response
 from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.meshes import INTERVALS
+from slipfold.orbits.modal_shooting import ModalShooting, shooting_for
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -277,11 +278,13 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
     However stiff, they begin by shooting where fast vibrations do not decay: multipliers of those
     that a mesh does not resolve stay near the unit circle and feign bifurcations.
     """
+    chosen = settings.discretization
+    if chosen == "automatic" and shooting_for(model) is ModalShooting:
+        return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, ModalShooting)
     state, constants = model.start[None], flow_of(model).constants_of(model)
     jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
     scheme = scheme_for(jacobian[None])
     decays = scheme.points.damps and _is_stiff(jacobian)
-    chosen = settings.discretization
     if chosen == "collocation" or (chosen == "automatic" and decays):
         return ForcedOrbits(
             model, {vary: width}, 1, 4 * INTERVALS, partial(Collocation, scheme=scheme)

@@ -17,10 +17,12 @@ from slipfold.models.definitions.source import (
     source_of_text,
 )
 from slipfold.models.friction.contact import Contact
+from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
 from slipfold.models.structures.matrices import Damping
+from slipfold.models.structures.modal import modal_form_of
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.unforced import MechanicalModel
 
@@ -256,6 +258,10 @@ class Structure(MechanicalModel):
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the contacts whose laws stick."""
         return self._assembly.contacts(q, c, phase)
+
+    def modal_form(self, c: Symbols, phase: Expression) -> ModalForm | None:
+        """Return its modes, which contacts, elements and forces excite."""
+        return modal_form_of(self._assembly, c, phase)
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period 1/f in seconds; without forcing the ``duration``."""

@@ -1,0 +1,247 @@
+"""Trajectories of modes with nonlinear forces, all intervals solved together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.equations import Constants
+from slipfold.flow.modal_equations import ForcedIntervals, propagate, times
+
+TINY = 1e-30
+"""Imaginary step of dampings: its square is nothing beside one, so that derivatives are exact."""
+
+
+@dataclass(frozen=True)
+class SweepRule:
+    """When motions at the points are found."""
+
+    close: float = 1e-9  # last change over the size of motions: the next is of its square
+    stalled: float = 1e-6  # change that may be rounding, if it no longer halves
+    iterations: int = 30  # afterwards steps of the curve are shortened
+    patient: int = 6  # iterations before steps are halved where they do not shrink
+
+
+SWEEP = SweepRule()
+
+
+@dataclass(frozen=True, eq=False)
+class ModalSegments:
+    """Trajectories over q segments of L intervals, and how they depend on all that is given.
+
+    Interval l of segment j is number ``l q + j``; m = L q.
+    """
+
+    intervals: ForcedIntervals
+    constants: Constants
+    nodes: Array  # modal states at the ends of intervals, shape (L + 1, q, n)
+    motions: Array  # at the points, shape (m, s, n_y)
+    forces: Array  # at the points, shape (m, s, n_f)
+
+    @property
+    def ends(self) -> Array:
+        """Modal states at the ends of segments, shape (q, n)."""
+        return np.asarray(self.nodes[-1])
+
+    @property
+    def starts(self) -> Array:
+        """Modal states at the beginnings of intervals, shape (m, n)."""
+        return self.nodes[:-1].reshape(len(self.motions), -1)
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """The linearized equations at these motions."""
+        equations, phases = self.intervals.equations, self.intervals.phases
+        slopes = equations.slopes(self.motions, phases, self.constants)
+        return Sweep(self.intervals, slopes, len(self.nodes) - 1)
+
+    # -- derivatives ---------------------------------------------------------------------------
+
+    @cached_property
+    def moved(self) -> tuple[Array, Array]:
+        """Nodes and motions by the first states, (L + 1, q, n, n) and (m, s n_y, n)."""
+        _, q, n = self.nodes.shape
+        return self.sweep.run(np.broadcast_to(np.eye(n), (q, n, n)))
+
+    def along(self, changes: Array) -> tuple[Array, Array]:
+        """Return nodes and motions along changes of coefficients, the first states held.
+
+        Shapes: changes (n_c, k); returns (L + 1, q, n, k), (m, s n_y, k).
+        """
+        equations, phases = self.intervals.equations, self.intervals.phases
+        pushed = equations.parameter_slopes(self.motions, phases, self.constants, changes)
+        return self.sweep.run(
+            None, self._by_coefficients(self.starts, self.forces, changes), self._flat(pushed)
+        )
+
+    def _by_coefficients(self, states: Array, forces: Array, changes: Array) -> tuple[Array, Array]:
+        """Differentiate motions and ends of intervals by coefficients, beginnings and forces held.
+
+        Shapes: states (m, n); forces (m, s, n_f); returns (m, s n_y, k), (m, n, k).
+        """
+        intervals = self.intervals
+        parts = intervals.by_period(states, forces)
+        at_points, ends = (part[..., None] * changes[-1] for part in parts)
+        turned = intervals.equations.damping_slopes(changes)
+        flat = forces.reshape(len(forces), -1)
+        for column in np.flatnonzero(turned.any(axis=0)):
+            other = intervals.at_dampings(intervals.dampings + 1j * TINY * turned[:, column])
+            seen = times(other.seen, states) + times(other.answered, flat)
+            reached = other.propagated(states) + times(other.driven, flat)
+            at_points[..., column] += seen.imag / TINY
+            ends[..., column] += reached.imag / TINY
+        return at_points, ends
+
+    def bent(self, vectors: Array, changes: Array) -> tuple[Array, Array]:
+        """Return the second derivatives of ends along vectors, (q, n, n) and (q, n, k).
+
+        Shapes: vectors (q, n); changes (n_c, k).
+        """
+        equations, phases = self.intervals.equations, self.intervals.phases
+        states, motions = (part[..., 0] for part in self.sweep.run(vectors[..., None]))
+        seen = motions.reshape(self.motions.shape)
+        given = self.motions, phases, self.constants
+        second, mixed = equations.curvatures(*given, seen, changes)
+        moved, pulled = self.moved[1], self.along(changes)[1]
+        by_nodes = self._pushed(second, moved)
+        by_changes = self._pushed(second, pulled) + mixed
+        forces = np.zeros(self.forces.shape)
+        forces[..., : equations.moved] = times(self.sweep.slopes, seen)
+        starts = states[:-1].reshape(len(self.motions), -1)
+        explicit = self._by_coefficients(starts, forces, changes)
+        bent = self.sweep.run(None, None, self._flat(by_nodes))[0][-1]
+        return bent, self.sweep.run(None, explicit, self._flat(by_changes))[0][-1]
+
+    def cubes(self, vectors: Array) -> Array:
+        """Return the third derivatives of ends along vectors, shape (q, n)."""
+        equations, given = self.intervals.equations, (self.intervals.phases, self.constants)
+        unchanged, shape = np.zeros((len(self.constants.values), 1)), self.motions.shape
+        first = self.sweep.run(vectors[..., None])[1]
+        seen = first.reshape(shape)
+        second = equations.curvatures(self.motions, *given, seen, unchanged)[0]
+        turned = self.sweep.run(None, None, self._flat(self._pushed(second, first)))[1]
+        pushed = 3 * self._pushed(second, turned)
+        pushed += equations.cubes(self.motions, *given, seen)[..., None]
+        return np.asarray(self.sweep.run(None, None, self._flat(pushed))[0][-1, ..., 0])
+
+    def _pushed(self, second: Array, motions: Array) -> Array:
+        """Second derivatives of forces times motions. Shapes: (m, s n_y, k) to (m, s, n_l, k)."""
+        m, s, count = self.motions.shape
+        return np.asarray(second @ motions.reshape(m, s, count, motions.shape[-1]))
+
+    def _flat(self, forces: Array) -> Array:
+        """Forces of which some may be left out, at all points, (m, s, n, k) to (m, s n_f, k)."""
+        m, s, count, k = forces.shape
+        result = np.zeros((m, s, self.forces.shape[2], k))
+        result[:, :, :count] = forces
+        return result.reshape(m, -1, k)
+
+
+class Sweep:
+    """Intervals with linearized forces, from the first of each segment to the last.
+
+    `slopes` are those of the forces that depend on motions, shape (m, s, n_l, n_y).
+    """
+
+    def __init__(self, intervals: ForcedIntervals, slopes: Array, count: int) -> None:
+        self.intervals, self.slopes, self._count = intervals, slopes, count
+        m, s, live, seen = slopes.shape
+        answered = intervals.answered.reshape(m, s * seen, s, intervals.equations.forces)
+        answered = answered[..., :live]
+        coupled = np.einsum("mpsl,msly->mpsy", answered, slopes).reshape(m, s * seen, s * seen)
+        self._coupled = np.linalg.inv(np.eye(s * seen) - coupled)
+        driven = intervals.driven.reshape(m, -1, s, intervals.equations.forces)[..., :live]
+        self._driven = np.einsum("mnsl,msly->mnsy", driven, slopes)
+        self._driven = self._driven.reshape(m, driven.shape[1], s * seen)
+        self._seen = self._coupled @ intervals.seen
+
+    def run(
+        self,
+        first: Array | None,
+        explicit: tuple[Array, Array] | None = None,
+        forces: Array | None = None,
+    ) -> tuple[Array, Array]:
+        """Return nodes and motions from first states, what is added to intervals, and forces.
+
+        Shapes: first (q, n, k); explicit (m, s n_y, k) and (m, n, k); forces (m, s n_f, k);
+        returns (L + 1, q, n, k), (m, s n_y, k).
+        """
+        count, intervals = self._count, self.intervals
+        m, size, n = self._seen.shape
+        q = m // count
+        added = None
+        if forces is not None:
+            at_points, ends = intervals.answered @ forces, intervals.driven @ forces
+            if explicit is not None:
+                at_points, ends = at_points + explicit[0], ends + explicit[1]
+            at_points = self._coupled @ at_points
+            added = ends + self._driven @ at_points
+        if first is None:
+            assert added is not None
+            first = np.zeros((q, n, added.shape[-1]))
+        columns = first.shape[-1]
+        nodes, motions = np.empty((count + 1, q, n, columns)), np.empty((m, size, columns))
+        nodes[0] = first
+        for step in range(count):
+            some = slice(step * q, (step + 1) * q)
+            seen = self._seen[some] @ nodes[step]
+            following = propagate(intervals.rows(some), nodes[step])
+            following += self._driven[some] @ seen
+            if added is not None:
+                following += added[some]
+            nodes[step + 1] = following
+            motions[some] = seen
+        return nodes, motions if added is None else motions + at_points
+
+
+def solve_segments(
+    intervals: ForcedIntervals, constants: Constants, first: Array, motions: Array, sizes: Array
+) -> ModalSegments | None:
+    """Return the trajectories from first states, from a guess of motions; None if none is found.
+
+    Forces are linearized at all points, and one sweep gives the motions: Newton's method.
+
+    Shapes: first (q, n); motions (m, s, n_y); typical sizes of motions (n_y,).
+    """
+    equations, phases = intervals.equations, intervals.phases
+    count, before = len(phases) // len(first), np.inf
+    for iteration in range(SWEEP.iterations):
+        forces = equations.at(motions, phases, constants)
+        slopes = equations.slopes(motions, phases, constants)
+        if not (np.isfinite(forces).all() and np.isfinite(slopes).all()):
+            return None
+        constant = forces.copy()
+        constant[..., : equations.moved] -= np.real(times(slopes, motions))
+        try:
+            sweep = Sweep(intervals, slopes, count)
+        except np.linalg.LinAlgError:
+            return None
+        flat = constant.reshape(len(constant), constant.shape[1] * constant.shape[2], 1)
+        nodes, found = sweep.run(first[..., None], None, flat)
+        step = found.reshape(motions.shape) - motions
+        change = np.abs(step).max(axis=(0, 1), initial=0.0)
+        length = float((change / sizes).max(initial=0.0))
+        if not np.isfinite(length):
+            return None
+        if length < SWEEP.close or (length < SWEEP.stalled and length > 0.5 * before):
+            forces[..., : equations.moved] += np.real(times(slopes, step))
+            return ModalSegments(intervals, constants, nodes[..., 0], motions + step, forces)
+        halved = iteration >= SWEEP.patient and length > 0.5 * before
+        motions = motions + (0.5 * step if halved else step)
+        before = length
+    return None
+
+
+def joined(edges: Array, segments: int) -> tuple[Array, Array]:
+    """Return beginnings and lengths of intervals in the order of sweeps. Shapes: edges (m + 1,)."""
+    order = np.arange(len(edges) - 1).reshape(segments, -1).T.ravel()
+    return edges[:-1][order], np.diff(edges)[order]
+
+
+def in_time(values: Array, segments: int) -> Array:
+    """Return values of intervals in the order of time. Shapes: values (m, ...)."""
+    shape = values.shape
+    return np.swapaxes(values.reshape(-1, segments, *shape[1:]), 0, 1).reshape(shape)

@@ -1,0 +1,106 @@
+"""The modal form of an assembled structure."""
+
+from __future__ import annotations
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.models.formulas.values import as_symbol
+from slipfold.models.modal_form import ModalForm
+from slipfold.models.quantities import Expression, Symbols
+from slipfold.models.structures.assembly import Assembly, Placed
+from slipfold.models.structures.component import LocalState, total
+from slipfold.models.structures.matrices import lowest_modes
+
+COUPLED = 1e-9
+"""Damping between two modes, over the root of the product of their own, that is rounding."""
+
+
+def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalForm | None:
+    """Return the modal form, None of a structure whose modes are coupled by more than contacts.
+
+    Laws with memory have states that are no modes.
+    """
+    if any(item.component.memory() for item in assembly.placed) or not assembly.symmetric:
+        return None
+    squares, shapes, into = _modes(assembly)
+    dampings = []
+    for key, matrix in assembly.damping:
+        found = _modal_damping(assembly, matrix, squares, shapes, into)
+        if found is None:
+            return None
+        dampings.append((key, found))
+    forces = _Forces(assembly, shapes, into)
+    for item in assembly.placed:
+        forces.add(item, c, phase)
+    return ModalForm(squares, tuple(dampings), shapes, into, *forces.found())
+
+
+def _modes(assembly: Assembly) -> tuple[Array, Array, Array]:
+    """Return squared circular frequencies, shapes and their inverse: (r,), (r, r), (r, r)."""
+    mass, stiffness = assembly.mass, assembly.stiffness
+    if _is_diagonal(mass) and _is_diagonal(stiffness):
+        return np.diag(stiffness) / np.diag(mass), np.eye(len(mass)), np.eye(len(mass))
+    squares, shapes = lowest_modes(stiffness, mass)
+    moved = shapes.T @ mass
+    return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
+
+
+def _is_diagonal(matrix: Array) -> bool:
+    return not np.any(matrix - np.diag(np.diag(matrix)))
+
+
+def _modal_damping(
+    assembly: Assembly, matrix: Array, squares: Array, shapes: Array, into: Array
+) -> Array | None:
+    """Return the diagonal of a damping matrix in modes, None if it couples them."""
+    if matrix is assembly.stiffness:
+        return squares
+    if matrix is assembly.mass:
+        return np.ones(len(squares))
+    modal = shapes.T @ matrix @ shapes / np.sum((shapes.T @ assembly.mass) * shapes.T, axis=1)
+    own = np.diag(modal)
+    beside = np.abs(modal - np.diag(own))
+    bound = COUPLED * np.sqrt(np.abs(own[:, None] * own))
+    return own if (beside <= bound).all() else None
+
+
+class _Forces:
+    """Forces and motions of components; those along one direction are joined."""
+
+    def __init__(self, assembly: Assembly, shapes: Array, into: Array) -> None:
+        self._assembly, self._shapes, self._into = assembly, shapes, into
+        self._motions: dict[bytes, tuple[Expression, Array]] = {}
+        self._forces: dict[bytes, tuple[list[Expression], Array]] = {}
+
+    def add(self, item: Placed, c: Symbols, phase: Expression) -> None:
+        """Add what a component does."""
+        start, zero = item.prefix, np.zeros(self._assembly.size)
+        rows = item.rows * self._assembly.length @ self._shapes
+        local = LocalState(
+            {},
+            {key[len(start) :]: value for key, value in c.items() if key.startswith(start)},
+            phase,
+            tuple(self._motion(np.concatenate([row, zero])) for row in rows),
+            tuple(self._motion(np.concatenate([zero, row])) for row in rows),
+        )
+        inputs = self._into @ self._assembly.over_mass(item.rows.T) / self._assembly.length
+        for force, column in zip(item.component._forces(local), inputs.T, strict=True):
+            self._forces.setdefault(column.tobytes(), ([], column))[0].append(force)
+
+    def _motion(self, row: Array) -> Expression:
+        key = row.tobytes()
+        if key not in self._motions:
+            self._motions[key] = hy.expression(f"motion {len(self._motions)}"), row
+        return self._motions[key][0]
+
+    def found(self) -> tuple[tuple[Expression, ...], Array, tuple[Expression, ...], Array]:
+        """Return motions on which forces depend, their rows, forces, and what they excite."""
+        forces = tuple(as_symbol(total(parts)) for parts, _ in self._forces.values())
+        size = self._assembly.size
+        inputs = np.array([column for _, column in self._forces.values()]).reshape(-1, size).T
+        seen = set(hy.get_variables(list(forces))) if forces else set()
+        used = [pair for pair in self._motions.values() if str(pair[0]) in seen]
+        rows = np.array([row for _, row in used]).reshape(-1, 2 * size)
+        return tuple(symbol for symbol, _ in used), rows, forces, inputs

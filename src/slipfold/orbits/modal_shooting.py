@@ -1,0 +1,346 @@
+"""Shooting for modes with a few nonlinear forces: what is linear is exact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.collocation_points import gauss_points
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import flow_of
+from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of
+from slipfold.flow.modal_segments import ModalSegments, in_time, joined, solve_segments
+from slipfold.flow.modes import contacts_of
+from slipfold.models.model import Model
+from slipfold.orbits.discretization import Cut
+from slipfold.orbits.meshes import (
+    FLOOR,
+    MeshDiscretization,
+    mesh_copies,
+    repeated,
+    spread,
+    steepness,
+)
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+
+Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class ModalMesh:
+    """What meshes of modal shooting are made for."""
+
+    stages: int = 8  # points an interval, at which forces are met
+    first: int = 4  # intervals a segment before an orbit is known
+    # Errors inside an interval; less at nodes in smooth motion
+    error: float = 1e-8  # of what forces do to scaled states
+    slopes: float = 1e-6  # of what their slopes do, over their sum: they make multipliers
+    slack: float = 10.0  # errors up to which a mesh serves
+    spare: float = 1.15  # intervals over those that the error needs
+    wasteful: float = 2.0  # the same, from which a mesh is made coarser
+    most: int = 40  # intervals a segment; beyond, errors are what they are
+    finer: float = 1.3  # intervals of a second mesh over those of the first
+    # Perturbations of forces by fast modes are polynomials as well
+    turn: float = 10.0  # radians of a mode in an interval: its multiplier is right to 1e-7
+    gone: float = 0.03  # what is left of a mode after a period that needs not be resolved
+
+
+MESH = ModalMesh()
+
+
+class ModalShooting(MeshDiscretization, Shooting):
+    """Shooting in which modes are exact and forces are polynomials on the intervals of a mesh.
+
+    Each segment has as many intervals. In an interval the forces of contacts and springs meet the
+    motions at Gauss points, where modes answer the polynomials in closed form: fast modes need no
+    short intervals, and the operations grow with modes and contacts, not with the states' square.
+
+    `mesh`, shape (m L + 1,), has the edges of all intervals of the period.
+    """
+
+    growing = False
+
+    def __init__(
+        self,
+        model: Model,
+        free: Mapping[str, float],
+        period: int = 1,
+        segments: int = SEGMENTS,
+        *,
+        mesh: Array | None = None,
+    ) -> None:
+        equations = modal_equations_of(model)
+        assert equations is not None
+        self.equations, self.points = equations, gauss_points(MESH.stages)
+        if mesh is None:
+            each = _repeating(MESH.first, segments, mesh_copies(model, period))
+            mesh = np.linspace(0.0, period, each * segments + 1)
+        self._mesh = mesh
+        super().__init__(model, free, period, edges=mesh[:: (len(mesh) - 1) // segments])
+        self._latest: ModalSegments | None = None
+        self._intervals: ForcedIntervals | None = None
+
+    @property
+    def mesh(self) -> Array:
+        """Edges of the intervals."""
+        return self._mesh
+
+    def measure_in(self, scales: Array) -> None:
+        """Take scales of the states, shape (n,)."""
+        super().measure_in(scales)
+        both = np.eye(2)
+        # Modal states from scaled ones, and back, shape (n, n)
+        self._into = np.kron(both, self.equations.into) * scales
+        self._out = np.kron(both, self.equations.shapes) / scales[:, None]
+        self._sizes = np.abs(self.equations.rows @ self._into).max(axis=1)
+
+    def on(self, edges: Array) -> Self:
+        """Return the same on another mesh over the whole period. Shapes: edges (m L + 1,)."""
+        other = type(self)(self.model, self.free, self.period, self.segments, mesh=edges)
+        other.measure_in(self.scales)
+        return other
+
+    def with_period(self, period: int) -> Self:
+        """Return the same for orbits of another period: the mesh is repeated, or a part taken."""
+        copies, count = self.copies, len(self._mesh) - 1
+        wanted = mesh_copies(self.model, period)
+        segments, rest = divmod(self.segments * period, self.period)
+        edges, each = None, count * wanted // copies
+        if rest or wanted * self.period != copies * period or each % segments:
+            segments = SEGMENTS * period
+        else:
+            edges = repeated(self._mesh[: count // copies + 1], wanted)
+        other = type(self)(self.model, self.free, period, segments, mesh=edges)
+        other.measure_in(self.scales)
+        return other
+
+    # -- trajectories --------------------------------------------------------------------------
+
+    def _solved(self, nodes: Array, constants: Constants) -> ModalSegments | None:
+        """Return the trajectories from nodes, from the motions that were found last if there are.
+
+        Shapes: nodes (m, n).
+        """
+        first, latest = nodes / self.scales @ self._into.T, self._latest
+        if (
+            latest is not None
+            and np.array_equal(latest.constants.values, constants.values)
+            and np.array_equal(latest.nodes[0], first)
+        ):
+            return latest
+        intervals = self._forced(constants)
+        guesses = [] if latest is None else [latest.motions]
+        for guess in (*guesses, None):
+            motions = self._interpolated(first, intervals.phases) if guess is None else guess
+            solved = solve_segments(intervals, constants, first, motions, self._sizes)
+            if solved is not None:
+                self._latest = solved
+                return solved
+        return None
+
+    def _forced(self, constants: Constants) -> ForcedIntervals:
+        """Return the intervals, those of the last period and dampings if they are the same."""
+        period, dampings = constants.period, self.equations.dampings(constants)
+        known = self._intervals
+        if known is None or known.period != period or not np.array_equal(known.dampings, dampings):
+            known = self._between(*joined(self._mesh, self.segments), constants)
+            self._intervals = known
+        return known
+
+    def _between(self, start: Array, lengths: Array, constants: Constants) -> ForcedIntervals:
+        period, dampings = constants.period, self.equations.dampings(constants)
+        return ForcedIntervals(self.equations, self.points, start, lengths, period, dampings)
+
+    def _interpolated(self, first: Array, phases: Array) -> Array:
+        """Return motions at phases from those at the nodes. Shapes: first (m, n), (q, s)."""
+        known = first @ self.equations.rows.T
+        closed = np.concatenate([known, known[:1]])
+        within = self.phase + (phases - self.phase) % self.period
+        found = [np.interp(within, self.edges, column) for column in closed.T]
+        return np.stack(found, axis=-1) if found else np.empty((*phases.shape, 0))
+
+    def _changes(self, constants: Constants) -> Array:
+        return constants.rates[:, self.indices]
+
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
+        solved = self._solved(nodes, constants)
+        if solved is None:
+            return np.full(nodes.shape, np.nan)
+        return np.asarray(solved.ends @ self._out.T - (nodes / self.scales)[self._following])
+
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
+        mismatch, (m, n) = self.mismatch(nodes, constants), nodes.shape
+        solved = self._solved(nodes, constants)
+        if solved is None:
+            return mismatch, np.full((m, n, n), np.nan), np.full((m, n, len(self.units)), np.nan)
+        blocks = self._out @ solved.moved[0][-1] @ self._into
+        along = self._out @ solved.along(self._changes(constants))[0][-1]
+        return mismatch, blocks, along * (self.units / np.sqrt(self.segments))
+
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
+        """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
+        solved, changes = self._solved(nodes, constants), self._changes(constants)
+        (r, m, n), k = vectors.shape, changes.shape[1]
+        if solved is None:
+            return np.full((r, m, n, n), np.nan), np.full((r, m, n, k), np.nan)
+        found = [solved.bent(vector @ self._into.T, changes) for vector in vectors]
+        bent = [self._out @ by_nodes @ self._into for by_nodes, _ in found]
+        return np.array(bent), np.array([self._out @ part for _, part in found]) * self.units
+
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of the segments' ends along vectors, in scaled states."""
+        solved = self._solved(nodes, constants)
+        if solved is None:
+            return np.full(vectors.shape, np.nan)
+        return np.array([solved.cubes(one @ self._into.T) @ self._out.T for one in vectors])
+
+    # -- states elsewhere ----------------------------------------------------------------------
+
+    def _ended(
+        self, solved: ModalSegments, constants: Constants, phases: Array
+    ) -> tuple[Places, Places, ModalSegments | None]:
+        """Trajectories from the mesh points before phases: segments, their intervals, and these."""
+        within = self.phase + (phases - self.phase) % self.period
+        last = len(self._mesh) - 2
+        at = np.clip(np.searchsorted(self._mesh, within, "right") - 1, 0, last)
+        segment, step = np.divmod(at, (last + 1) // self.segments)
+        start, row = self._mesh[at], step * self.segments + segment
+        beyond = within - start
+        intervals = self._between(start, beyond, constants)
+        # Motions at the points, from the polynomials through those of the whole intervals
+        places = (beyond / np.diff(self._mesh)[at])[:, None] * self.points.points
+        weights = np.polynomial.legendre.legvander(2 * places - 1, MESH.stages - 1)
+        motions = weights @ self.points.transform @ solved.motions[row]
+        first = solved.nodes[step, segment]
+        return segment, step, solve_segments(intervals, constants, first, motions, self._sizes)
+
+    def propagate_to(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[Places, Array, Array, Array]:
+        """Return the states at any phases, from which node each is reached, and derivatives."""
+        solved, changes, n = self._solved(nodes, constants), self._changes(constants), self.scales
+        part = None
+        if solved is not None:
+            segment, step, part = self._ended(solved, constants, phases)
+        if solved is None or part is None:
+            lost = np.full((len(phases), len(n), len(n) + changes.shape[1]), np.nan)
+            which = self.before(phases)[0]
+            return which, lost[:, :, 0], lost[:, :, : len(n)], lost[:, :, len(n) :]
+        moved, own = part.moved[0][-1], part.along(changes)[0][-1]
+        before = solved.moved[0][step, segment], solved.along(changes)[0][step, segment]
+        out, into = self._out * self.scales[:, None], self._into / self.scales
+        return (
+            segment,
+            part.ends @ out.T,
+            out @ (moved @ before[0]) @ into,
+            out @ (moved @ before[1] + own),
+        )
+
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the states at any phases, shape (q, n)."""
+        solved = self._solved(nodes, constants)
+        part = None if solved is None else self._ended(solved, constants, phases)[2]
+        if part is None:
+            return np.full((len(phases), nodes.shape[1]), np.nan)
+        return np.asarray(part.ends @ self._out.T * self.scales)
+
+    def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
+        """Return the states at the mesh points, and their phases."""
+        solved = self._solved(nodes, constants)
+        if solved is None:
+            return None
+        states = in_time(solved.starts, self.segments) @ self._out.T * self.scales
+        return states, self._mesh[:-1]
+
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Self, Array, Array]:
+        """Return the same on another, finer mesh, so that the errors are others."""
+        count = len(self._mesh) - 1
+        each = int(np.ceil(MESH.finer * count / self.segments))
+        each = _repeating(each, self.segments, self.copies)
+        places = np.linspace(0.0, count, each * self.segments + 1)
+        other = self.on(np.interp(places, np.arange(count + 1), self._mesh))
+        return other, *self.moved_to(other, nodes, constants, along, rates)
+
+    # -- the mesh ------------------------------------------------------------------------------
+
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> Self | None:
+        """Return the same on a mesh that fits an orbit better, None if its own serves."""
+        solved = self._solved(nodes, constants)
+        if solved is None:
+            return None
+        order, lengths = MESH.stages + 1, np.diff(self._mesh)
+        density = np.zeros(len(lengths))
+        for rates, error in self._resolved(solved):
+            found = steepness(self._mesh, in_time(rates, self.segments), self.points)
+            density = np.maximum(density, found * (self.points.error / error) ** (1 / order))
+        errors, turning = (density * lengths) ** order, self._turning(constants)
+        pattern, density = self.pattern(density)
+        density = np.maximum(density, turning)
+        needed = MESH.spare * (1 + FLOOR) * float(density @ np.diff(pattern)) * self.copies
+        each = min(max(2, int(np.ceil(needed / self.segments))), MESH.most)
+        each = _repeating(each, self.segments, self.copies)
+        own = len(lengths) // self.segments
+        fits = errors.max() <= MESH.slack and turning * lengths.max() <= MESH.finer
+        if (fits or own >= MESH.most) and own <= MESH.wasteful * each:
+            return None
+        edges = spread(pattern, density, each * self.segments // self.copies)
+        return self.on(repeated(edges, self.copies))
+
+    def _turning(self, constants: Constants) -> float:
+        """Return how many intervals a unit of phase the modes need that do not decay."""
+        left = -self.equations.dampings(constants) * constants.period * self.period / 2
+        lasting = self.equations.squares[left > math.log(MESH.gone)]
+        return float(np.sqrt(lasting.max(initial=0.0))) * constants.period / MESH.turn
+
+    def _resolved(self, solved: ModalSegments) -> list[tuple[Array, float]]:
+        """Return what meshes resolve, rates of scaled states (m, s, ...), and to what error.
+
+        Forces make the orbit. Their slopes, which are steeper, make multipliers.
+        """
+        r, (m, s) = len(self.equations.squares), solved.forces.shape[:2]
+        pushed = self._out[:, r:] @ self.equations.inputs * solved.constants.period
+        pushed = np.abs(pushed).max(axis=0)
+        slopes = solved.sweep.slopes.reshape(m, s, -1)
+        sizes = np.abs(slopes).mean(axis=1).T @ solved.intervals.lengths
+        slopes = slopes / np.where(sizes > 0, sizes, 1.0)
+        return [(solved.forces * pushed, MESH.error), (slopes, MESH.slopes)]
+
+
+def _repeating(each: int, segments: int, copies: int) -> int:
+    """Return at least so many intervals a segment that a mesh may repeat itself."""
+    unit = copies // math.gcd(copies, segments)
+    return -(-each // unit) * unit
+
+
+@dataclass(frozen=True)
+class ModalChoice:
+    """From where modal shooting is quicker than the compiled flow."""
+
+    states: int = 24  # a chain of ten masses takes three times as long, of twenty a third
+    turns: float = 40.0  # of the fastest mode in a period: five modes of a beam, half as long
+
+
+CHOICE = ModalChoice()
+
+
+def shooting_for(model: Model) -> Cut:
+    """Return how orbits in slip are cut into segments."""
+    equations = None if contacts_of(model) else modal_equations_of(model)
+    if equations is None:
+        return Shooting
+    period = flow_of(model).constants_of(model).period
+    turns = math.sqrt(max(float(equations.squares.max()), 0.0)) * period / (2 * math.pi)
+    many = len(model.states) >= CHOICE.states or turns >= CHOICE.turns
+    return ModalShooting if many else Shooting

@@ -1,0 +1,205 @@
+"""Modes with a few nonlinear forces: what is linear is exact, all else agrees with the flow."""
+
+from math import factorial
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial, legendre
+from scipy.linalg import expm
+
+import slipfold as sf
+from slipfold.collocation_points import gauss_points
+from slipfold.flow.flow import flow_of
+from slipfold.flow.modal_answers import ModalAnswers
+from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of
+from slipfold.flow.modal_segments import joined, solve_segments
+from slipfold.orbits.modal_shooting import ModalChoice, ModalShooting, shooting_for
+from slipfold.orbits.shooting import Shooting
+
+FREE = {"f": 0.1, "F": 1.0, "alpha_M": 0.1, "mu_k": 1.0, "k3": 10.0, "e": 0.1}
+
+
+def chain(count, **parts):
+    """Masses between springs, the last rubbing on a wall, in physical coordinates."""
+    stiffness = 100 * (2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1))
+    stiffness[-1, -1] = 100
+    names = [f"x{number}" for number in range(1, count + 1)]
+    given = {
+        "C": sf.ProportionalDamping(alpha_M=0.02, beta_K=0.002),
+        "contacts": sf.FrictionContact(
+            names[-1], sf.Regularized(sf.Coulomb(mu_k=0.3), "sqrt", e=0.5), load=1.0, Vd=0.05
+        ),
+        "forcing": sf.HarmonicForce(names[0], F=3.0),
+        "elements": sf.CubicSpring({"x2": 1, "x1": -1}, k3=30.0),
+    }
+    model = sf.Structure(np.eye(count), K=stiffness, names=names, **{**given, **parts})
+    return model.replace(f=1.03 * model.natural_frequencies[0])
+
+
+def long_exponential(matrix):
+    """The exponential in more digits than double precision."""
+    turns = max(0, int(np.ceil(np.log2(max(np.abs(matrix).sum(axis=1).max(), 1e-9)))) + 3)
+    part = matrix.astype(np.longdouble) / np.longdouble(2) ** turns
+    result = term = np.eye(len(matrix), dtype=np.longdouble)
+    for order in range(1, 30):
+        term = term @ part / order
+        result = result + term
+    for _ in range(turns):
+        result = result @ result
+    return result
+
+
+@pytest.mark.parametrize("length", [1.0, 0.13])
+@pytest.mark.parametrize(
+    ("omega", "zeta"),
+    [(0, 0), (0.01, 0.5), (4.9, 0.2), (5.1, 0.01), (300, 0.02), (3, 1), (60, 1), (3, 5), (2, 40)],
+)
+def test_modes_answer_polynomials_exactly(omega, zeta, length):
+    """At any speed and damping: a rigid body, critical and stronger damping, many vibrations."""
+    points, place, which = gauss_points(6), 3, 2
+    damping = 2 * zeta * omega if omega else 0.3
+    answers = ModalAnswers(points, *(np.array([x]) for x in (length, omega**2, damping)))
+    shape = Polynomial(legendre.leg2poly(points.transform[:, which]))(Polynomial([-1.0, 2.0]))
+    matrix = np.zeros((8, 8))  # the mode, then powers of time, each the integral of the next
+    matrix[:2, :2] = [[0, 1], [-(omega**2), -damping]]
+    matrix[1, 2:] = [factor * factorial(power) for power, factor in enumerate(shape.coef)]
+    matrix[:2] *= length
+    matrix[np.arange(3, 8), np.arange(2, 7)] = 1
+    for at, until in ((place, points.points[place]), (-1, 1.0)):
+        exact = long_exponential(matrix * until)[:2, :3].astype(float)
+        found = [part[0, 0, at] for part in answers.transitions]
+        size = max(omega, 1.0)
+        scaled = exact[:, :2] * [[1, size], [1 / size, 1]]
+        np.testing.assert_allclose(
+            np.reshape(found, (2, 2)) * [[1, size], [1 / size, 1]], scaled, atol=2e-13
+        )
+        moved, moving = (part[0, 0, at, which] for part in answers.forced)
+        turn = 1 + omega * length
+        np.testing.assert_allclose(moved, exact[0, 2], atol=2e-13 * length**2 / turn)
+        np.testing.assert_allclose(moving, exact[1, 2], atol=2e-13 * length / turn)
+
+
+def test_a_linear_structure_is_exact_over_long_intervals():
+    model = chain(4, contacts=(), elements=(), forcing=sf.HarmonicForce("x1", F=0.0))
+    by = ModalShooting(model, {"f": 0.1}, segments=1, mesh=np.array([0.0, 1.0]))
+    constants = flow_of(model).constants_of(model)
+    stiffness, damping = model.stiffness_matrix, model.damping_matrix
+    matrix = np.block([[np.zeros((4, 4)), np.eye(4)], [-stiffness, -damping]])
+    exact = expm(matrix / model.values["f"]) * by.ratios
+    blocks = by.transitions(np.ones((1, 8)), constants)[1]
+    np.testing.assert_allclose(blocks[0], exact, atol=1e-13 * np.abs(exact).max())
+
+
+@pytest.fixture(scope="module", params=[3, 5])
+def two(request):
+    """Modal shooting and shooting of a chain, and states at the nodes."""
+    model = chain(request.param).with_scales(np.full(2 * request.param, 0.5))
+    mesh = np.linspace(0.0, 1.0, 129)
+    modal, shot = ModalShooting(model, FREE, mesh=mesh), Shooting(model, FREE)
+    nodes = 0.1 * np.random.default_rng(2).normal(size=(8, 2 * request.param))
+    return modal, shot, nodes, flow_of(model).constants_of(model)
+
+
+def assert_same(found, exact, close):
+    for one, other in zip(found, exact, strict=True):
+        size = max(1.0, float(np.abs(other).max()))
+        np.testing.assert_allclose(one, other, rtol=0, atol=close * size)
+
+
+def test_derivatives_are_those_of_the_flow(two):
+    """By states, frequency, force, damping, friction, a spring and the regularization."""
+    modal, shot, nodes, constants = two
+    assert_same(modal.transitions(nodes, constants), shot.transitions(nodes, constants), 1e-10)
+    assert_same([modal.mismatch(nodes, constants)], [shot.mismatch(nodes, constants)], 1e-10)
+
+
+def test_second_and_third_derivatives_are_those_of_the_flow(two):
+    modal, shot, nodes, constants = two
+    vectors = np.random.default_rng(3).normal(size=(2, *nodes.shape))
+    given = nodes, constants, vectors
+    assert_same(modal.curvatures(*given), shot.curvatures(*given), 1e-9)
+    assert_same([modal.cubes(*given)], [shot.cubes(*given)], 1e-8)
+
+
+def test_states_between_the_nodes_are_those_of_the_flow(two):
+    modal, shot, nodes, constants = two
+    phases = np.array([0.0, 0.1, 0.33, 0.5, 0.999])
+    exact = shot.propagate_to(nodes, constants, phases)
+    assert_same(modal.propagate_to(nodes, constants, phases), exact, 1e-10)
+    assert_same([modal.states(nodes, constants, phases)], exact[1:2], 1e-10)
+    known, at = modal.stage_states(nodes, constants)
+    assert_same([known], [shot.states(nodes, constants, at)], 1e-10)
+
+
+@pytest.mark.parametrize(("stages", "order"), [(1, 2), (2, 4), (3, 6)])
+def test_the_order_is_that_of_gauss_points(stages, order):
+    model = chain(3)
+    equations, constants = modal_equations_of(model), flow_of(model).constants_of(model)
+    first = np.random.default_rng(1).normal(size=(1, 6)) * 0.1
+    ends = []
+    for count in (64, 128, 512):
+        start, lengths = joined(np.linspace(0, 1, count + 1), 1)
+        intervals = ForcedIntervals(
+            equations,
+            gauss_points(stages),
+            start,
+            lengths,
+            constants.period,
+            equations.dampings(constants),
+        )
+        guess = np.zeros((count, stages, equations.motions))
+        found = solve_segments(intervals, constants, first, guess, np.ones(equations.motions))
+        ends.append(found.ends[0])
+    coarse, fine = (np.abs(item - ends[-1]).max() for item in ends[:2])
+    assert np.log2(coarse / fine) > order - 0.5
+
+
+def test_special_points_are_those_of_the_flow():
+    """Folds of a chain that becomes stiffer, and what is computed of them."""
+    law = sf.Regularized(sf.Coulomb(mu_k=0.3), "sqrt", e=0.1)
+    model = chain(
+        3,
+        contacts=sf.FrictionContact("x3", law, load=1.0, Vd=0.0),
+        forcing=sf.HarmonicForce("x1", F=10.0),
+        elements=sf.CubicSpring("x3", k3=30.0),
+    )
+    assert shooting_for(model) is Shooting
+    exact = sf.response(model, vary="f", span=(0.82, 1.0))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slipfold.orbits.modal_shooting.CHOICE", ModalChoice(states=0))
+        found = sf.response(model, vary="f", span=(0.82, 1.0))
+    assert [item.type for item in exact.branches[0].special] == ["LP", "LP"]
+    for one, other in zip(found.branches[0].special, exact.branches[0].special, strict=True):
+        assert one.type == other.type
+        assert one.value == pytest.approx(other.value, rel=1e-10)
+        assert one.coefficient == pytest.approx(other.coefficient, rel=1e-5)
+        np.testing.assert_allclose(
+            *(np.sort(np.abs(item.orbit.multipliers)) for item in (one, other)), atol=1e-6
+        )
+
+
+def beam(modes):
+    """A cantilever of bending modes, whose tip rubs on a wall."""
+    roots = np.append([1.875104, 4.694091], (2 * np.arange(3, modes + 1) - 1) * np.pi / 2)
+    names = [f"q{number}" for number in range(1, modes + 1)]
+    tip = dict(zip(names, 2 * (-1.0) ** np.arange(modes), strict=True))
+    middle = dict(zip(names, np.cos(1.3 * np.arange(modes)), strict=True))
+    law = sf.Regularized(sf.Coulomb(mu_k=0.3), "sqrt", e=0.05)
+    return sf.Structure(
+        np.eye(modes),
+        sf.ModalDamping(0.02),
+        np.diag((roots / roots[0]) ** 4),
+        names=names,
+        contacts=sf.FrictionContact(tip, law, load=1.0, Vd=0.0),
+        forcing=sf.HarmonicForce(middle, F=0.6),
+        f=0.16,
+    )
+
+
+def test_a_response_in_twenty_modes():
+    """Modes up to 4,000 times the lowest: no flow of 40 states is differentiated."""
+    model = beam(20)
+    assert shooting_for(model) is ModalShooting
+    branch = sf.response(model, vary="f", span=(0.155, 0.165)).branches[0]
+    assert branch.nodes.shape[2] == 40
+    assert branch.stable.all()
