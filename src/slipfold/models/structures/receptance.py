@@ -34,7 +34,7 @@ class ReceptanceSettings:
 RECEPTANCE = ReceptanceSettings()
 
 
-class Modes:
+class LowestModes:
     """The lowest modes of two matrices, computed as far as they are needed."""
 
     def __init__(self, stiffness: Any, mass: Any) -> None:
@@ -93,7 +93,7 @@ class FullStructure:
     def __init__(self, mass: Any, stiffness: Any, acting: Array, watched: Array) -> None:
         self.mass, self.stiffness = mass, stiffness
         self.acting, self.directions = acting, _apart(np.hstack([acting, watched]))
-        self.modes = Modes(stiffness, mass)
+        self.modes = LowestModes(stiffness, mass)
         self._receptances: dict[float, Complex] = {}
 
     def coordinates(self, shapes: Array) -> Coordinates:

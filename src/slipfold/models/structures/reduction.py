@@ -14,7 +14,7 @@ from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import brief
 from slipfold.models.structures.matrices import MATRICES, Matrix, require_symmetric, solver
-from slipfold.models.structures.receptance import Coordinates, FullStructure, Modes
+from slipfold.models.structures.receptance import Coordinates, FullStructure, LowestModes
 from slipfold.models.units import parse_quantity
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
@@ -265,7 +265,7 @@ MOST_MODES = 120
 class Shapes(ABC):
     """Shapes of a structure, of which modes are as many as are requested."""
 
-    modes: Modes
+    modes: LowestModes
 
     @abstractmethod
     def coordinates(self, count: int) -> Coordinates:
@@ -273,7 +273,7 @@ class Shapes(ABC):
 
 
 class FreeShapes(Shapes):
-    """Modes of the structure, and perhaps what they leave of static displacements."""
+    """LowestModes of the structure, and perhaps what they leave of static displacements."""
 
     def __init__(self, full: FullStructure, residual: bool) -> None:
         self.full, self.modes, self.residual = full, full.modes, residual
@@ -296,7 +296,7 @@ class HeldShapes(Shapes):
         self.full, self.held = full, held
         self.free = np.setdiff1d(np.arange(full.modes.size), held)
         coupled = _block(full.stiffness, self.free, self.free)
-        self.modes = Modes(coupled, _block(full.mass, self.free, self.free))
+        self.modes = LowestModes(coupled, _block(full.mass, self.free, self.free))
         solve = solver(
             coupled,
             "the boundary does not hold the rest of the structure, which can move without "
