@@ -67,7 +67,7 @@ BAD = {
         lambda: make(M=EMPTY, K=EMPTY), "q2 has neither mass nor stiffness; give it one of them"
     ),
     "no mass, K not symmetric": (lambda: make(M=EMPTY, K=SKEW), "condensation of q2, which has no"),
-    "damped without mass": (lambda: make(M=EMPTY, C=I2), "C damps q2, which has no mass; give"),
+    "damped without mass": (lambda: make(M=EMPTY, C=I2), "C acts on q2, which has no mass; give"),
     "contact without mass": (
         lambda: make(M=EMPTY, contacts=FrictionContact("q2")), "contacts act at q2, which has no"
     ),

@@ -11,6 +11,7 @@ from slipfold.errors import InputError
 _UNITS: dict[str, dict[str, float]] = {
     "": {"%": 1e-2},
     "rad": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
+    "rad/s": {"rad/s": 1.0, "rpm": math.pi / 30},
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
     "Hz": {"Hz": 1.0, "kHz": 1e3, "mHz": 1e-3},

@@ -33,6 +33,9 @@ from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.matrices import (
     MATRICES,
     Damping,
+    Matrix,
+    factor_names,
+    factor_value,
     lowest_modes,
     static_shapes,
 )
@@ -71,14 +74,18 @@ class Assembly:
         self.reduced = self._reduce()
         self._retain()
         self.size = len(self.names)
-        # Parts of the damping matrix, each with the parameter that multiplies it
+        self.factors: dict[str, str] = {}  # formulas of coefficients that multiply matrices
+        # Parts of matrices, each with the coefficient that multiplies it, None for one
         self.damping = self._damping_terms()
+        self.gyroscopic = self._terms("G")
+        self.stiffening = self._terms("K")[1:]  # beside the constant stiffness
+        self.circulatory = self._terms("H")
         self.placed = tuple(
             Placed(component, f"{position}_", self._rows(component))
             for position, component in enumerate(definition.components)
         )
         self.watched = tuple((name, self._row(item)) for name, item in self._watched_directions())
-        self.symmetric = definition.K.asymmetry[0] < MATRICES.asymmetry
+        self.symmetric = all(part.asymmetry[0] < MATRICES.asymmetry for part in definition.K.parts)
         # Names of the parameters that switch off what is periodic in time
         self.amplitudes = tuple(
             dict.fromkeys(
@@ -147,12 +154,30 @@ class Assembly:
 
     def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
         damping = self.definition.C
-        if damping is None:
-            return ()
         if isinstance(damping, Damping):
             return damping._terms(self.mass, self.stiffness)
+        return self._terms("C")
+
+    def _terms(self, name: str) -> tuple[tuple[str | None, Array], ...]:
+        """Return the parts of a matrix in the retained coordinates, the constant one first."""
+        matrix: Matrix | None = getattr(self.definition, name)
+        if matrix is None:
+            return ()
+        keys = [f"{name} {number}" for number in range(1, len(matrix.terms) + 1)]
+        self.factors |= {key: text for key, (text, _) in zip(keys, matrix.terms, strict=True)}
         basis = self.basis
-        return ((None, basis.T @ np.asarray(damping.array() @ basis)),)
+        projected = (basis.T @ np.asarray(part.array() @ basis) for part in matrix.parts)
+        return tuple(zip((None, *keys), projected, strict=True))
+
+    def added(self, parts: tuple[tuple[str | None, Array], ...], values: Symbols) -> Array:
+        """Return the sum of parts of a matrix at parameter values, shape (r, r)."""
+        known = {
+            **values,
+            **{key: factor_value(text, values) for key, text in self.factors.items()},
+        }
+        return np.zeros((self.size, self.size)) + sum(
+            matrix if key is None else known[key] * matrix for key, matrix in parts
+        )
 
     def _rows(self, component: Component) -> Array:
         rows = [self._row(item, component.inertial) for item in component._directions]
@@ -185,7 +210,11 @@ class Assembly:
     @cached_property
     def frequencies(self) -> Array:
         """Natural frequencies of the linear structure without elements in Hz, shape (r,)."""
-        squares = lowest_modes(self.stiffness, self.mass)[0]
+        return self.frequencies_with(self.stiffness)
+
+    def frequencies_with(self, stiffness: Array) -> Array:
+        """Return the natural frequencies with another stiffness in Hz. Shapes: (r, r)."""
+        squares = lowest_modes(stiffness, self.mass)[0]
         return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
 
     def _refuse_stiff(self) -> None:
@@ -217,6 +246,7 @@ class Assembly:
         damping = self.definition.C
         if isinstance(damping, Damping):
             own += damping.parameters
+        own += self.definition.variables
         shared: dict[str, Parameter] = {}
         for component in (item.component for item in self.placed):
             named = zip(component.parameters, component.named_parameters, strict=True)
@@ -229,6 +259,13 @@ class Assembly:
                         f"{one.name} is {first.doc} and {one.doc} in components of one group; "
                         "give each kind a group of its own"
                     )
+        known = {item.name for item in own}
+        names = (name for text in self.factors.values() for name in factor_names(text))
+        own += [
+            Parameter(name, 1.0, "", "factor of a matrix")
+            for name in dict.fromkeys(names)
+            if name not in known
+        ]
         return tuple(own)
 
     @cached_property
@@ -294,7 +331,8 @@ class Assembly:
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the coefficients of all components, and those of damping."""
-        result: dict[str, Expression] = {key: p[key] for key, _ in self.damping if key is not None}
+        result = {key: factor_value(text, p) for key, text in self.factors.items()}
+        result |= {key: p[key] for key, _ in self.damping if key is not None and key in p}
         for item in self.placed:
             own = self.own_values(item, p) | ({"f": p["f"]} if self.forced else {})
             for key, value in item.component._coefficients(own).items():
@@ -397,12 +435,19 @@ class Assembly:
                     rates = [total(weighted_sum(row, speeds)) for row in into]
                     pairs = zip(acting, rates, strict=True)
                     acting = [one + c[str(key)] * other for one, other in pairs]
-        others = [(key, self.over_mass(matrix)) for key, matrix in dampings]
+        others = [
+            (key, self.over_mass(matrix), states)
+            for parts, states in (
+                ((*dampings, *self.gyroscopic), speeds),
+                ((*self.stiffening, *self.circulatory), displacements),
+            )
+            for key, matrix in parts
+        ]
         terms = []
         for row in range(self.size):
             own = weighted_sum(-stiffness[row], acting)
-            for key, matrix in others:
-                parts = weighted_sum(-matrix[row], speeds)
+            for key, matrix, states in others:
+                parts = weighted_sum(-matrix[row], states)
                 own += parts if key is None else [c[key] * total(parts)] if parts else []
             terms.append(own)
         return terms
@@ -412,8 +457,8 @@ class Assembly:
     def outputs(self) -> tuple[Output, ...]:
         """Return the outputs of the structure.
 
-        The energy is that of structure and elements. Its rate is ``power_forcing + power_contacts -
-        power_damping``, where damping is that of structure and elements.
+        The energy is that of structure and elements. Its rate is ``power_forcing + power_contacts +
+        power_circulatory - power_damping``, where damping is that of structure and elements.
         """
         outputs = [
             Output(name, partial(self._watched, row), "m", f"displacement {name}")
@@ -432,6 +477,9 @@ class Assembly:
             (partial(self._power, self.placed[end:]), "power put in by the forcing"),
             (partial(self._power, self.placed[first:end]), "power put in by the contacts"),
         )
+        if self.circulatory:
+            powers.append("power_circulatory")
+            functions += ((self._circulatory_power, "power put in by the circulatory matrix"),)
         for name, (function, doc) in zip(powers, functions, strict=True):
             outputs.append(Output(name, function, "W", doc, "$P$ (W)"))
         return tuple(outputs)
@@ -464,6 +512,8 @@ class Assembly:
 
     def _energy(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         terms = [*self._form(self.mass / 2, q, "v"), *self._form(self.stiffness / 2, q, "")]
+        for key, matrix in self.stiffening:
+            terms.append(0.5 * c[str(key)] * total(self._form(matrix, q, "")))
         stored = (item.component._potential(self.local(item, q, c, phase)) for item in self.placed)
         return total([*terms, *stored])
 
@@ -474,6 +524,14 @@ class Assembly:
             terms += form if key is None else [c[key] * total(form)]
         lost = (item.component._dissipation(self.local(item, q, c, phase)) for item in self.placed)
         return total([*terms, *lost])
+
+    def _circulatory_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        terms = []
+        for key, matrix in self.circulatory:
+            for name, row in zip(self.names, matrix, strict=True):
+                force = -self.displacement(row, q) * (1.0 if key is None else c[key])
+                terms.append(force * q[f"v{name}"] * self.length)
+        return total(terms)
 
     def _power(
         self, placed: tuple[Placed, ...], q: Symbols, c: Symbols, phase: Expression

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slipfold.errors import InputError, about
-from slipfold.models.quantities import check_state_name
+from slipfold.models.quantities import Parameter, check_state_name
 from slipfold.models.structures.component import (
     NAME,
     Component,
@@ -32,6 +32,7 @@ from slipfold.models.structures.matrices import (
     Matrix,
     as_matrix,
     check_mass,
+    require_skew,
     require_symmetric,
 )
 from slipfold.models.structures.matrix_files import read_names
@@ -62,6 +63,10 @@ class Definition:
     M: Matrix
     C: Matrix | Damping | None  # damping matrix in N s/m, shape (n, n); a rule; None for no damping
     K: Matrix
+    # Gyroscopic matrix in N s/m, skew-symmetric, and circulatory one in N/m, shape (n, n); or None
+    G: Matrix | None
+    H: Matrix | None
+    variables: tuple[Parameter, ...]  # parameters in the formulas that multiply matrices
     names: tuple[str, ...]  # names of the n degrees of freedom
     reduction: Reduction | None  # how it is reduced; None if not
     # What acts on it, with default values
@@ -87,7 +92,7 @@ class Definition:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was done to the input, one sentence each."""
-        matrices = {name: getattr(self, name) for name in ("M", "C", "K")}
+        matrices = {name: getattr(self, name) for name in ("M", "C", "K", "G")}
         notes = [
             f"{name} was given by its {matrix.completed} triangle and is completed"
             for name, matrix in matrices.items()
@@ -101,7 +106,8 @@ class Definition:
 
 def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     """Check the arguments of a structure, and part them from the values of their parameters."""
-    mass, damping, stiffness = _matrices(given)
+    matrices = _matrices(given)
+    mass, damping, stiffness = (matrices[key] for key in ("M", "C", "K"))
     with about("structure", "names"):
         names = _checked_names(given["names"], mass.size)
     if not isinstance(given["M"], Matrix):  # a matrix that is frozen already was checked before
@@ -124,9 +130,8 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
         for item in items:
             values |= _values_beside(item, values)
     definition = Definition(
-        M=mass,
-        C=damping.kind if isinstance(damping, Damping) else damping,
-        K=stiffness,
+        **{**matrices, "C": damping.kind if isinstance(damping, Damping) else damping},
+        variables=_checked_variables(given["variables"]),
         names=names,
         reduction=reduction,
         **kinds,
@@ -153,12 +158,17 @@ def _check_massless(item: Definition) -> None:
                 f"{item.names[loose[0]]} has neither mass nor stiffness; give it one of them, or "
                 "leave it out of the matrices"
             )
-    if isinstance(item.C, Matrix) and np.isin(empty, item.C.rows).any():
-        with about("structure", "C"):
-            raise InputError(
-                f"C damps {item.names[empty[np.isin(empty, item.C.rows)][0]]}, which has no mass; "
-                "give it a mass, or ProportionalDamping or ModalDamping in place of C"
-            )
+    for key, matrix in (("C", item.C), ("G", item.G), ("H", item.H), ("K", item.K)):
+        if not isinstance(matrix, Matrix):
+            continue
+        acting = matrix.parts[key == "K" :]
+        reached = [place for place in empty if any(place in part.rows for part in acting)]
+        if reached:
+            with about("structure", key):
+                raise InputError(
+                    f"{key} acts on {item.names[reached[0]]}, which has no mass; give it a mass, "
+                    f"or leave it out of {key}"
+                )
     loaded = _massless_in(item.forcing, item)
     for key, parts in (("elements", item.elements), ("contacts", item.contacts)):
         if held := _massless_in(parts, item):
@@ -184,8 +194,8 @@ def _massless_in(parts: Iterable[Component], item: Definition) -> str:
     return next((name for one in directions for name, _ in one.weights if name in held), "")
 
 
-def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
-    """Return mass, damping and stiffness, which fit each other."""
+def _matrices(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the matrices by name, which fit each other."""
     if given["K"] is None:
         raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
     half = given["triangles"]
@@ -193,10 +203,11 @@ def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
         with about("structure", "triangles"):
             raise InputError(f'triangles = {brief(half)} is not known; give "symmetric" or "whole"')
     matrices: dict[str, Any] = {}
-    for key in ("M", "K", "C"):
+    for key in ("M", "K", "C", "G", "H"):
         value = given[key]
         with about("structure", key):
-            if key == "C" and (value is None or isinstance(value, Damping)):
+            if key not in "MK" and (value is None or isinstance(value, Damping)):
+                matrices[key] = value
                 continue
             matrices[key] = as_matrix(value, key, half)
             if matrices[key].size != matrices["M"].size:
@@ -204,12 +215,27 @@ def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
                     f"{key} has {matrices[key].size} rows and M has {matrices['M'].size}; give "
                     "matrices of one size"
                 )
+            if key == "G":
+                require_skew(matrices[key], key)
     damping = given["C"]
     if isinstance(damping, Damping):
         with about("structure", "K"):
             why = f"{damping.title} needs a symmetric one, so give C as a matrix instead"
             require_symmetric(matrices["K"], "K", why)
-    return matrices["M"], matrices.get("C", damping), matrices["K"]
+    return matrices
+
+
+def _checked_variables(given: Any) -> tuple[Parameter, ...]:
+    """Return the described parameters in the formulas that multiply matrices."""
+    variables = tuple(_iterated(given))
+    for item in variables:
+        if not isinstance(item, Parameter):
+            with about("variables"):
+                raise InputError(
+                    f"variables has {brief(item)}, which is no parameter; give e.g. "
+                    'Parameter("omega", 100.0, "rad/s", "rotor speed")'
+                )
+    return variables
 
 
 def _checked_line(given: Mapping[str, Any], key: str) -> str:

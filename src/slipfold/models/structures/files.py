@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any
@@ -11,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from slipfold.models.definitions.source import Source
-from slipfold.models.definitions.system_file import Line, Table
+from slipfold.models.definitions.system_file import Line, Named, ParameterTable, Table
 from slipfold.models.definitions.tables import (
     WrongEntry,
     check_keys,
@@ -23,6 +25,7 @@ from slipfold.models.definitions.tables import (
 from slipfold.models.formulas.grammar import BOUNDS
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
+from slipfold.models.quantities import Parameter
 from slipfold.models.structures.component import Direction
 from slipfold.models.structures.contacts import ConstantLoad, ContactLoad, ModulatedLoad, NormalLoad
 from slipfold.models.structures.definition import COMPONENTS, Definition
@@ -47,6 +50,9 @@ def _matrix(given: Any, info: ValidationInfo) -> Any:
         return _beside(given, info.context)
     if isinstance(given, Mapping) and "entries" in given:
         return _from_entries(given)
+    if isinstance(given, Mapping) and given and all(map(_is_matrix, given.values())):
+        # Matrices by the formulas that multiply them
+        return {key: _below(key, matrix, info) for key, matrix in given.items()}
     if isinstance(given, Mapping):
         check_keys(given, ["diagonal"], {"diagonal": "diagonal = [1, 1]"})
         return np.diag(_row(given["diagonal"], "diagonal"))
@@ -61,6 +67,18 @@ def _matrix(given: Any, info: ValidationInfo) -> Any:
                 str(number),
             )
     return rows
+
+
+def _is_matrix(given: Any) -> bool:
+    rows = isinstance(given, list | tuple) and any(isinstance(row, list | tuple) for row in given)
+    return rows or isinstance(given, str | Mapping)
+
+
+def _below(key: str, given: Any, info: ValidationInfo) -> Any:
+    try:
+        return _matrix(given, info)
+    except WrongEntry as wrong:
+        raise wrong.below([key]) from None
 
 
 def _row(given: Any, key: str) -> list[float]:
@@ -157,6 +175,8 @@ class MatricesTable(Table):
     M: MatrixEntry
     C: MatrixEntry = None
     K: MatrixEntry
+    G: MatrixEntry = None
+    H: MatrixEntry = None
     triangles: Any = None
     names: Annotated[Any, BeforeValidator(_names)] = None
     length_scale: Any = 1.0
@@ -174,6 +194,7 @@ class StructureFile(Table):
     contacts: list[Annotated[Any, CONTACTS]] = Field([], max_length=BOUNDS.entries)
     forcing: list[Annotated[Any, FORCING]] = Field([], max_length=BOUNDS.entries)
     watch: dict[str, Any] | None = None
+    variables: Named[ParameterTable] = Field(default_factory=dict)
     parameters: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -190,6 +211,7 @@ def read_structure(
     arguments = {name: getattr(given.structure, name) for name in MatricesTable.model_fields}
     parts = ("title", "reduction", "elements", "contacts", "forcing", "watch")
     arguments |= {name: getattr(given, name) for name in parts}
+    arguments["variables"] = [item.parameter(name) for name, item in given.variables.items()]
     if given.damping is not None:
         arguments["C"] = given.damping
     return {**arguments, "name": given.name or default_name}, given.parameters
@@ -197,6 +219,9 @@ def read_structure(
 
 def matrix_table(matrix: Matrix) -> dict[str, Any]:
     """Return a matrix as plain data; rows and columns count from 0."""
+    if matrix.terms:
+        terms = {text: matrix_table(part) for text, part in matrix.terms}
+        return {"1": matrix_table(replace(matrix, terms=())), **terms}
     return {
         "size": matrix.size,
         "rows": matrix.rows.tolist(),
@@ -214,7 +239,11 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
         "structure": {
             "M": matrix_table(definition.M),
             "K": matrix_table(definition.K),
-            **({"C": matrix_table(damping)} if isinstance(damping, Matrix) else {}),
+            **{
+                key: matrix_table(getattr(definition, key))
+                for key in ("C", "G", "H")
+                if isinstance(getattr(definition, key), Matrix)
+            },
             **({"triangles": "whole"} if _has_whole_triangle(definition) else {}),
             "names": list(definition.names),
             "length_scale": definition.length_scale,
@@ -224,15 +253,28 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
         "elements": [_part(item) for item in definition.elements],
         "contacts": [_part(item) for item in definition.contacts],
         "forcing": [_part(item) for item in definition.forcing],
+        "variables": {item.name: _parameter_table(item) for item in definition.variables},
         "watch": {name: _plain(direction) for name, direction in definition.watch},
     }
     return {name: table for name, table in tables.items() if table}
 
 
+def _parameter_table(item: Parameter) -> dict[str, Any]:
+    """Return the table of a parameter, without what says nothing."""
+    table: dict[str, Any] = {"value": item.default}
+    table |= {key: getattr(item, key) for key in ("unit", "doc", "symbol") if getattr(item, key)}
+    if math.isfinite(item.lower):
+        table["above" if item.lower_open else "min"] = item.lower
+    if math.isfinite(item.upper):
+        table["below" if item.upper_open else "max"] = item.upper
+    return table
+
+
 def _has_whole_triangle(definition: Definition) -> bool:
     """Whether a matrix would be read as half of a symmetric one."""
     matrices = (definition.C, definition.K)
-    return any(isinstance(item, Matrix) and item.one_sided for item in matrices)
+    parts = (part for item in matrices if isinstance(item, Matrix) for part in item.parts)
+    return any(part.one_sided for part in parts)
 
 
 def _part(part: Any) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.parametric import Parametric, described, structural
-from slipfold.models.quantities import Parameter, nonnegative
+from slipfold.models.quantities import Expression, Parameter, nonnegative
 from slipfold.models.structures.matrix_files import read_matrix
 from slipfold.models.units import parse_quantity
 
@@ -60,6 +60,8 @@ class Matrix:
     entries: Array = field(compare=False)  # their values in SI units, shape (nonzeros,)
     digest: bytes = field(init=False, repr=False)
     completed: str = field(default="", compare=False)  # the triangle that was given: lower, upper
+    # Formulas of parameters with the matrices that they multiply, which are added to it
+    terms: tuple[tuple[str, Matrix], ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the entries and note their digest, by which matrices are compared."""
@@ -148,6 +150,11 @@ class Matrix:
         return self._difference(1.0)
 
     @property
+    def parts(self) -> tuple[Matrix, ...]:
+        """The constant matrix and those that formulas multiply."""
+        return (self, *(matrix for _, matrix in self.terms))
+
+    @property
     def skewness(self) -> tuple[float, int, int]:
         """The same for a skew-symmetric matrix: the largest sum of mirrored entries."""
         return self._difference(-1.0)
@@ -173,10 +180,13 @@ def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
     """Make a matrix of an array, a SciPy sparse array or a file. Shapes: value (n, n).
 
     Programs write one triangle, so that of a file is completed; one that somebody typed may be
-    complete, as a circulatory stiffness is.
+    complete, as a circulatory stiffness is. A mapping has matrices by the formulas of parameters
+    that multiply them.
     """
     if isinstance(value, Matrix):
         return value
+    if isinstance(value, Mapping):
+        return _sum_of(value, name, triangles)
     filed = isinstance(value, str | Path)
     if filed:
         value = read_matrix(Path(value), name)
@@ -191,6 +201,65 @@ def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
         'triangles = "symmetric" if this is one triangle of a symmetric matrix, or triangles = '
         '"whole" if the matrix is complete'
     )
+
+
+def _sum_of(given: Mapping[Any, Any], name: str, triangles: str | None) -> Matrix:
+    """Return the sum of matrices that formulas multiply; constant ones are added up."""
+    if name == "M" or not given:
+        raise InputError(
+            "M is a mapping; give one matrix, since only C, K, G and H may depend on parameters"
+            if name == "M"
+            else f'{name} is an empty mapping; give matrices by formulas, such as {{"omega": G}}'
+        )
+    parts = {str(key): as_matrix(value, name, triangles) for key, value in given.items()}
+    first, *others = sizes = {text: matrix.size for text, matrix in parts.items()}
+    for text in others:
+        if sizes[text] != sizes[first]:
+            raise InputError(
+                f"{name} has {sizes[text]} rows where {text} multiplies it and {sizes[first]} "
+                f"where {first} does; give matrices of one size"
+            )
+    constants = {text: factor_value(text, {}) for text in parts if not factor_names(text)}
+    constant = sum((value * parts[text].array() for text, value in constants.items()), 0.0)
+    terms = tuple((text, matrix) for text, matrix in parts.items() if text not in constants)
+    if not constants:
+        none = np.empty(0, dtype=np.int64)
+        return Matrix(sizes[first], none, none, np.empty(0), terms=terms)
+    return replace(_of_entries(constant, name), terms=terms)
+
+
+def factor_names(text: str) -> list[str]:
+    """Return the names of the parameters in a formula that multiplies a matrix."""
+    from slipfold.models.formulas.functions import CONSTANTS
+    from slipfold.models.formulas.grammar import FormulaError, names_in, parse_formula
+
+    try:
+        return [name for name in names_in(parse_formula(text)) if name not in CONSTANTS]
+    except FormulaError as error:
+        raise InputError(
+            f"{text[:80]!r} cannot multiply a matrix: {error.message}; give a formula of "
+            'parameters, such as "omega" or "2*pi*f", or 1 for a constant matrix'
+        ) from None
+
+
+def factor_value(text: str, values: Mapping[str, Expression]) -> Expression:
+    """Return the value of a formula that multiplies a matrix, of numbers or symbols."""
+    from slipfold.models.formulas.functions import CONSTANTS
+    from slipfold.models.formulas.grammar import parse_formula
+    from slipfold.models.formulas.values import value_of
+
+    return value_of(parse_formula(text), {**CONSTANTS, **values})
+
+
+def require_skew(matrix: Matrix, name: str) -> None:
+    """Raise if a matrix and those that are added to it are not skew-symmetric."""
+    for one in matrix.parts:
+        difference, row, column = one.skewness
+        if difference > MATRICES.asymmetry:
+            raise InputError(
+                f"{name} is not skew-symmetric: {one.pair(row, column)}; put its symmetric part "
+                "into C"
+            )
 
 
 def _of_entries(value: Any, name: str) -> Matrix:

@@ -55,6 +55,13 @@ class Structure(MechanicalModel):
         Displacements whose row of M is empty are condensed statically.
     C
         Damping matrix in N s/m; or `ProportionalDamping` or `ModalDamping`; None for none.
+    G, H
+        Gyroscopic matrix in N s/m, skew-symmetric, and circulatory matrix in N/m: :math:`G \dot q`
+        and :math:`H q` are added to the left side. None for none.
+    variables
+        `Parameter` objects that describe parameters in formulas of matrices: C, K, G and H may be
+        mappings such as ``{1: K, "omega^2": K_spin}``, whose matrices the formulas multiply. A name
+        in a formula that is no parameter becomes one, without unit and with the value 1.
     names
         Names of the n degrees of freedom, a sequence, one text with blanks between, or the path of
         a ``.csv`` file with the columns ``node`` and ``direction``, or ``name``; ``q1 q2 ...`` if
@@ -119,6 +126,9 @@ class Structure(MechanicalModel):
         C: Any = None,
         K: Any = None,
         *,
+        G: Any = None,
+        H: Any = None,
+        variables: Any = (),
         names: Any = None,
         reduction: Any = None,
         elements: Any = (),
@@ -157,10 +167,11 @@ class Structure(MechanicalModel):
     def from_toml(cls, source: str | Path) -> Self:
         """Read a structure from a TOML file or text.
 
-        The tables are ``[structure]`` with ``M K C triangles names length_scale``, ``[damping]``
-        and ``[reduction]`` with their class as ``type`` and its arguments, one ``[[elements]]``,
-        ``[[contacts]]`` or ``[[forcing]]`` a component, ``[watch]``, and ``[parameters]`` with
-        values. A matrix is written as rows, as ``{ diagonal = [...] }``, or is the name of a
+        The tables are ``[structure]`` with ``M K C G H triangles names length_scale``,
+        ``[variables]`` with parameters in formulas of matrices, ``[damping]`` and ``[reduction]``
+        with their class as ``type`` and its arguments, one ``[[elements]]``, ``[[contacts]]`` or
+        ``[[forcing]]`` a component, ``[watch]``, and ``[parameters]`` with values. A matrix is
+        written as rows, as ``{ diagonal = [...] }``, as matrices by formulas, or is the name of a
         file in the folder of the TOML file. A contact has the friction law as ``friction``.
 
         Parameters
@@ -351,19 +362,19 @@ class Structure(MechanicalModel):
     @property
     def stiffness_matrix(self) -> Array:
         """Stiffness matrix of the retained coordinates without elements in N/m."""
-        return self._assembly.stiffness.copy()
+        assembly = self._assembly
+        return assembly.stiffness + assembly.added(assembly.stiffening, self._values)
 
     @property
     def damping_matrix(self) -> Array:
         """Damping matrix of the retained coordinates without elements in N s/m."""
-        result = np.zeros_like(self._assembly.mass)
-        for key, matrix in self._assembly.damping:
-            result += matrix if key is None else self._values[key] * matrix
-        return result
+        return self._assembly.added(self._assembly.damping, self._values)
 
     @property
     def natural_frequencies(self) -> Array:
         """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
+        if self._assembly.stiffening:
+            return self._assembly.frequencies_with(self.stiffness_matrix)
         return self._assembly.frequencies.copy()
 
     @property

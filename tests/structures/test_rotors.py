@@ -1,0 +1,132 @@
+"""Matrices that depend on parameters: rotors, spin, circulatory forces."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import slipfold as sf
+from slipfold import HarmonicForce, InputError, ModalReduction, Parameter, Structure
+
+M, K = np.diag([2.0, 2.0]), np.diag([50.0, 50.0])
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
+SPEED = Parameter("omega", 3.0, "rad/s", "rotor speed", lower=0)
+
+
+def rotor(**options):
+    """A disk that whirls: M q'' + omega G q' + K q = 0."""
+    return Structure(M, 0.02 * M, K, G={"omega": TURN}, variables=SPEED, names="x y", **options)
+
+
+def eigenvalues(model):
+    values = model.modes().eigenvalues
+    return values[np.argsort(values.imag)]
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 30.0])
+@pytest.mark.parametrize("reduction", [None, ModalReduction(2)], ids=["whole", "reduced"])
+def test_forward_and_backward_whirl(speed, reduction):
+    # With z = x + i y: 2 s^2 + (0.04 - i omega) s + 50 = 0, and the conjugate equation.
+    model = rotor(reduction=reduction).replace(omega=speed)
+    both = [np.roots([2, 0.04 + sign * 1j * speed, 50]) for sign in (1, -1)]
+    exact = np.concatenate(both)
+    exact = np.sort_complex(exact[exact.imag > 0].imag + 1j * exact[exact.imag > 0].real)
+    found = np.sort_complex(eigenvalues(model).imag + 1j * eigenvalues(model).real)
+    np.testing.assert_allclose(found, exact, rtol=1e-9)
+    np.testing.assert_allclose(model.damping_matrix, 0.02 * model.mass_matrix, rtol=1e-14)
+
+
+def test_the_response_of_a_rotor_with_unbalance():
+    # Synchronous unbalance: z = F / (K - 2 w^2 + w omega + 0.04 i w) with omega = w = 2 pi f.
+    forces = [HarmonicForce("x", F=1.0, group="u"), HarmonicForce("y", phi=-np.pi / 2, name="y",
+              group={"F": "u"})]  # fmt: skip
+    model = Structure(M, 0.02 * M, K, G={"2*pi*f": TURN}, names="x y", forcing=forces, f=0.7)
+    assert "omega" not in model.values
+    w = 2 * np.pi * 0.7
+    z = 1 / (50 - 2 * w**2 + w * w + 0.04j * w)
+    state = sf.periodic_orbit(model).state
+    np.testing.assert_allclose(state[:2], [z.real, z.imag], rtol=1e-9)
+
+
+def test_spin_softening_and_its_energy():
+    # The stiffness of a blade that turns: K0 - omega^2 M; the energy is constant without damping.
+    model = Structure(M, None, {1: K, "omega^2": -M}, names="x y", omega=2.0)
+    exact = np.sqrt(25 - 4) / (2 * np.pi)
+    np.testing.assert_allclose(model.natural_frequencies, exact, rtol=1e-12)
+    np.testing.assert_allclose(model.stiffness_matrix, K - 4 * M, rtol=1e-15)
+    first, last = sf.simulate(model, 3, [0.1, 0.2, 0.3, -0.1]).states[[0, -1]]
+    assert model.evaluate("energy", last) == pytest.approx(model.evaluate("energy", first))
+
+
+def test_internal_damping_makes_a_fast_rotor_unstable():
+    # The classic: rotating damping c adds c omega as a circulatory matrix; with external damping d
+    # the threshold is at omega = w (1 + d/c).
+    c, d, w = 0.3, 0.1, 5.0
+    model = Structure(M, (c + d) * np.eye(2), K, H={"omega": c * TURN}, names="x y")
+    limit = w * (1 + d / c)
+    growth = [eigenvalues(model.replace(omega=limit * x)).real.max() for x in (0.999, 1.001)]
+    assert growth[0] < 0 < growth[1]
+    diagram = sf.response(model, vary="omega", span=(5, 8))
+    (hopf,) = (item for item in diagram.special if item.point.type == "HB")
+    assert hopf.point.value == pytest.approx(limit, rel=1e-9)
+    # Energy balance along a motion: its rate is what circulation puts in less what damping takes.
+    state, step = np.array([0.3, -0.2, 0.5, 0.7]), 1e-5
+    model = model.replace(omega=20, duration=step)
+    energies = [model.evaluate("energy", one) for one in sf.simulate(model, 2, state).states]
+    rate = (energies[2] - energies[0]) / (2 * step)
+    middle = sf.simulate(model, 1, state).states[-1]
+    power = model.evaluate("power_circulatory", middle) - model.evaluate("power_damping", middle)
+    assert rate == pytest.approx(power, rel=1e-6)
+
+
+def test_a_large_rotor_is_reduced():
+    size = 800
+    spread = sparse.diags_array(np.linspace(1, 900, size))
+    turn = sparse.kron(sparse.eye_array(size // 2), TURN)
+    model = Structure(sparse.eye_array(size), None, spread, G={"omega": turn}, omega=0.5,
+                      reduction=ModalReduction(6))  # fmt: skip
+    assert len(model.states) == 12
+    pair = np.diag(np.linspace(1, 900, size)[:2])
+    first = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-pair, -0.5 * TURN]]))
+    lowest = np.sort(np.abs(first.imag))[0]
+    assert eigenvalues(model).imag[0] == pytest.approx(lowest, rel=1e-9)
+
+
+def test_files_have_formulas_and_variables(tmp_path):
+    np.save(tmp_path / "G.npy", TURN)
+    text = (
+        '[structure]\nM = { diagonal = [2, 2] }\nK = { 1 = { diagonal = [50, 50] }, "omega^2" = '
+        '[[-2, 0], [0, -2]] }\nG = { omega = "G.npy" }\nH = { h = [[0, 1], [-1, 0]] }\n'
+        'names = "x y"\n[variables]\nomega = { value = 3, unit = "rad/s", min = 0, doc = "rotor '
+        'speed" }\n[parameters]\nomega = "60 rpm"\n'
+    )
+    (tmp_path / "rotor.toml").write_text(text.replace("60 rpm", "60 Hz"))
+    with pytest.raises(InputError, match="omega = '60 Hz' has the unit 'Hz'; give a number, or"):
+        Structure.from_toml(tmp_path / "rotor.toml")
+    (tmp_path / "rotor.toml").write_text(text)
+    model = Structure.from_toml(tmp_path / "rotor.toml")
+    same = Structure(
+        M, None, {1: K, "omega^2": -M}, G={"omega": TURN}, H={"h": TURN}, variables=[SPEED],
+        names="x y", name="rotor", title="", omega=60 * (np.pi / 30),
+    )  # fmt: skip
+    assert model == same
+    assert model.parameter("omega") == SPEED
+    assert Structure.from_tables(json.loads(json.dumps(model.to_tables()))) == model
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    ({"G": K}, "G is not skew-symmetric: row 1, column 1 is 50, row 1, column 1 is 50; put its"),
+    ({"G": {"omega": np.eye(3)}}, "G has 3 rows and M has 2"),
+    ({"G": {"omega": TURN, 1: np.eye(3)}}, "G has 3 rows where 1 multiplies it and 2 where omega"),
+    ({"M": {"omega": M}}, "M is a mapping; give one matrix, since only C, K, G and H may"),
+    ({"H": {}}, "H is an empty mapping; give matrices by formulas"),
+    ({"H": {"2*": M}}, "'2*' cannot multiply a matrix: "),
+    ({"H": {"omega": M}, "variables": 3}, "variables has 3, which is no parameter"),
+    ({"H": {"omega": M}, "omega": -1}, "omega = -1 is outside its bounds"),
+    ({"M": np.diag([1.0, 0]), "H": {"omega": TURN}}, "H acts on q2, which has no mass"),
+])  # fmt: skip
+def test_what_cannot_be(options, words):
+    with pytest.raises(InputError) as caught:
+        Structure(**{"M": M, "K": K, "variables": SPEED, **options})
+    assert words in str(caught.value)
