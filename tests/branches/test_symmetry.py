@@ -90,3 +90,26 @@ def test_two_kinds_of_branches_leave_four_cells(four):
         kinds.add(equal)
     assert len(own) == 2
     assert kinds == {1, 2}  # opposite cells are equal, or neighbors are, pair by pair
+
+
+@pytest.mark.parametrize("frequency", [1.7, 2.0])
+def test_cycles_of_both_pairs_begin_where_two_cross_at_once(frequency):
+    # Two oscillators, not coupled: radius sqrt(mu) in either, the other at rest.
+    w = frequency
+    pair = sf.System(
+        name="pair",
+        parameters={"mu": -0.5},
+        states={
+            "x": "mu*x - y - x*(x^2 + y^2)",
+            "y": "x + mu*y - y*(x^2 + y^2)",
+            "u": f"mu*u - {w}*v - u*(u^2 + v^2)",
+            "v": f"{w}*u + mu*v - v*(u^2 + v^2)",
+        },
+    )
+    rest, *cycles = sf.response(pair, "mu", (-0.5, 0.5)).branches
+    (hopf,) = rest.special
+    assert (hopf.type, hopf.several, hopf.criticality) == ("HB", True, None)
+    assert [each.durations[-1] for each in cycles] == pytest.approx([2 * np.pi / w, 2 * np.pi])
+    sizes = [np.linalg.norm(each.nodes[-1, 0].reshape(2, 2), axis=1) for each in cycles]
+    assert sizes[0] == pytest.approx([0, np.sqrt(0.5)], abs=1e-9)
+    assert sizes[1] == pytest.approx([np.sqrt(0.5), 0], abs=1e-9)

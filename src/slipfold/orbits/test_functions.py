@@ -190,6 +190,19 @@ def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None
     return int(first[nearest]), int(second[nearest])
 
 
+ALIKE = 1e-6
+"""Multipliers this near to each other are one that is there more than once."""
+
+
+def angles_on_circle(multipliers: NDArray[np.complex128]) -> Array:
+    """Return the angles of the complex pairs on the unit circle, one a pair.
+
+    Shapes: multipliers (n,).
+    """
+    on = (np.abs(np.abs(multipliers) - 1) < ALIKE) & (multipliers.imag > ALIKE)
+    return np.angle(multipliers[on])
+
+
 def critical_places(kind: str, multipliers: NDArray[np.complex128]) -> NDArray[np.int64]:
     """Return the places of the multipliers that make an orbit critical.
 

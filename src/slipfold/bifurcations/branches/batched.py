@@ -27,7 +27,7 @@ from slipfold.bifurcations.branches.make_branch import assemble, describe
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.start import forced_orbits, measured_over, span_begin
-from slipfold.bifurcations.branches.switching import emanating_branch
+from slipfold.bifurcations.branches.switching import emanating_branches
 from slipfold.continuation import curve_set
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
@@ -186,11 +186,11 @@ def _doubled(cases: Sequence[BatchedCase], period: int, settings: Settings) -> l
         for parent, branch in [] if case.failure else parents:
             for found in branch.found:
                 try:
-                    child = emanating_branch(branch.orbits, found, settings, largest)
+                    children = emanating_branches(branch.orbits, found, settings, largest)
                 except BREAKDOWNS:
                     case.leave("emanating branch")
                     break
-                if child is not None:
+                for child in children:
                     first = child.start
                     step = first.z, first.tangent, 0.0
                     new = BatchedBranch(number, child.orbits, [step], parent, found, first)

@@ -15,7 +15,6 @@ from slipfold.bifurcations.branches.bifurcations import (
     span_end,
 )
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
-from slipfold.bifurcations.branches.special_point import ALIKE
 from slipfold.bifurcations.branches.stops import far_away
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
@@ -31,6 +30,7 @@ from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
+from slipfold.orbits.test_functions import ALIKE
 
 SEVERAL = (
     "several multipliers are critical where it begins, as a symmetry makes them: several branches "

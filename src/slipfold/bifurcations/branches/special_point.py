@@ -13,9 +13,7 @@ from slipfold.bifurcations.branches.solution_curve import LocatedPoint
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
-
-ALIKE = 1e-6
-"""Multipliers this near to each other are one that is there more than once."""
+from slipfold.orbits.test_functions import ALIKE, angles_on_circle
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -95,10 +93,12 @@ class SpecialPoint(LocatedPoint):
 
     @property
     def several(self) -> bool:
-        """Whether its critical multiplier is there more than once, as by a symmetry."""
+        """Whether several multipliers are critical at once, as by a symmetry."""
         critical = self.critical_multiplier
         if critical is None or self.type not in ("BP", "PD", *PAIRED):
             return False
+        if self.type in PAIRED:
+            return len(angles_on_circle(self.multipliers)) > 1
         # A cycle has a multiplier one anyway, that of its own direction.
         cycle = self.type == "BP" and not self.model.forced and len(self.nodes) > 1
         return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1 + cycle

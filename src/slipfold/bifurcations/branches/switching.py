@@ -22,7 +22,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import match_multipliers
+from slipfold.orbits.test_functions import ALIKE, angles_on_circle, match_multipliers
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +56,16 @@ def junctions_on(
         if min(left, default=np.inf) < BIFURCATION.tail:
             continue
         try:
-            several = isinstance(found, SeveralCritical) and found.type == "BP"
-            if several:
+            if isinstance(found, SeveralCritical) and found.type == "BP":
                 children = branches_around(orbits, found.point)
             else:
-                child = emanating_branch(orbits, found, settings, largest)
-                children = [] if child is None else [child]
+                children = emanating_branches(orbits, found, settings, largest)
         except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
             continue
         for child in children:
             start, curve = child.start, child.orbits
             # At a branch point the other branch continues in both directions.
+            several = isinstance(found, SeveralCritical) or len(children) > 1
             crosses = found.type == "BP" and not several
             both = (start, curve.turned(start)) if crosses else (start,)
             rank = (int(curve.kind != "equilibrium"), curve.period)
@@ -89,19 +88,26 @@ def junctions_on(
     return junctions
 
 
-def emanating_branch(
+def emanating_branches(
     orbits: Orbits, found: Found, settings: Settings, largest: float
-) -> EmanatingBranch | None:
-    """Return the branch that begins at a special point, if its period is not too long."""
+) -> list[EmanatingBranch]:
+    """Return the branches that begin at a special point, if their period is not too long.
+
+    At a Hopf point several pairs of eigenvalues may be critical: each has cycles of its own.
+    """
     if found.type == "BP" and found.other is not None:
-        return EmanatingBranch(orbits, _other_branch(found, found.other))
+        return [EmanatingBranch(orbits, _other_branch(found, found.other))]
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
-        return _child(hopf_cycle(orbits, found.point.z, method), found.point)
+        angles = np.sort(angles_on_circle(found.point.multipliers))
+        pairs = range(len(angles)) if (np.diff(angles) > ALIKE).all() else ()  # of equals all mix
+        first = [hopf_cycle(orbits, found.point.z, method, pair=pair) for pair in pairs or (0,)]
+        first.sort(key=lambda each: each.orbits.duration(each.z) or 0.0)
+        return [_child(each, found.point) for each in first]
     if found.type == "PD" and 2 * orbits.period <= largest:
-        return _child(doubled_orbit(orbits, found.point.z), found.point)
-    return None
+        return [_child(doubled_orbit(orbits, found.point.z), found.point)]
+    return []
 
 
 def branches_around(orbits: Orbits, point: OrbitPoint) -> list[EmanatingBranch]:
