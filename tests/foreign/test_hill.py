@@ -209,7 +209,7 @@ def test_a_region_that_a_pitchfork_divides_is_not_known_without_its_locus(monkey
     assert diagram.regions.at(5.5, 0.66) is load(tmp_path / "set.nc").regions.at(5.5, 0.66) is None
     row = next(line for line in diagram.summary().splitlines() if "100.00%" in line)
     assert row.split()[1] == "unknown"
-    assert "not true all over it" in diagram.summary()
+    assert "contradict the label" in diagram.summary()
     record = diagram.to_json()["regions"][0]
     assert (record["name"], record["known"]) == ("unknown", False)
     shown = plane_view(diagram)["regions"]

@@ -79,8 +79,8 @@ def test_summary_lists_regions_and_what_does_not_fit(diagram):
     assert disagreements == [
         "Region 2 (periods 1 and 2) at f = 12 Hz, Nd = 0.1 N, started near the orbit of period 2: "
         "left the orbit; it is <not> stable",
-        "Region 2 (periods 1 and 2): not true all over it, as responses across it show; branch "
-        "points, whose loci are not known, may divide it",
+        "Region 2 (periods 1 and 2): responses across it contradict the label; branch points "
+        "whose loci are not known may divide it",
     ]
 
 

@@ -37,9 +37,9 @@ class DenseTrajectory:
 
 
 class StepPolynomials:
-    """Dense output of steps.
+    """Dense output of integration steps.
 
-    That of heyoka compiles code for each trajectory, which takes longer than most smooth phases.
+    heyoka's own compiles code for each trajectory, which takes longer than most smooth phases.
     """
 
     def __init__(self, times: Sequence[float], coefficients: Sequence[Array]) -> None:
@@ -94,7 +94,7 @@ class SlowPolynomials:
     ) -> None:
         self.held = held  # states that follow from speed and angle
         self.inner, self._n, self._placed = inner, n, placed
-        # Phases at the ends of steps; they grow with every step.
+        # Phases at the ends of steps; they increase with every step.
         self.times = np.array([*inner.tcs[:, n + 2, 0], inner(inner.times[-1:])[0, n + 2]])
 
     def __call__(self, phases: Array) -> Array:

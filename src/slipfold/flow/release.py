@@ -36,7 +36,7 @@ def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ..
 def released_at_limit(
     system: HybridSystem, mode: Mode, state: Array, phase: float, now: ContactsNow | None = None
 ) -> Mode:
-    """Return the mode in which contacts slip whose friction exceeds its limit shortly after.
+    """Return the next mode: contacts slip if their friction exceeds its limit shortly after.
 
     Shapes: state (n,).
     """
@@ -73,12 +73,12 @@ class _Growth:
 
     along: Array  # direction, shape (2,)
     rate: float
-    most: float  # rate from friction alone
+    by_friction: float  # rate from friction alone
     change: Array  # of the rate of slip with friction, shape (2, 2)
 
 
 class Release:
-    """The onset of slip in the plane of a contact at rest, or one that just began to slip."""
+    """The onset of slip in the plane, of a contact that rests or has just begun to slip."""
 
     def __init__(self, system: HybridSystem, mode: Mode, contact: int) -> None:
         self._system, self._mode, self._contact = system, mode, contact
@@ -95,7 +95,7 @@ class Release:
         system, mode = self._system, self._mode
         first = self._growth(state, phase)
         before = self._slip(state, phase)
-        if first.rate > CONTACT.immediate_rate * first.most:
+        if first.rate > CONTACT.immediate_rate * first.by_friction:
             period = system.constants.period
             speed = max(
                 first.rate * CONTACT.immediate_phase * period, 20 * CONTACT.rest * self._size
@@ -120,20 +120,20 @@ class Release:
         if np.linalg.norm(self._slip(state, phase)) > CONTACT.short * self._size:
             return False
         growth = self._growth(state, phase)
-        return growth.rate > -CONTACT.slack * growth.most
+        return growth.rate > -CONTACT.slack * growth.by_friction
 
     def direction(self, state: Array, phase: float) -> Array:
         """Return the direction in which slip begins, shape (2,). Shapes: state (n,)."""
         return self._growth(state, phase).along
 
     def _onset(self, state: Array, phase: float, first: _Growth, before: Array) -> SlipOnset:
-        """Return the onset of slip that grows slowly, as long as a polynomial represents it."""
+        """Return the onset of slip that grows slowly, up to where one polynomial represents it."""
         contact, flow, constants = self._contact, self._system.flow, self._system.constants
         stuck = tuple(
             Status.STICK if i == contact else status for i, status in enumerate(self._mode)
         )
         field = Field(flow.of(self._mode), constants, constants.scales, [], LinearPart())
-        # Without a limit of friction the contact sticks: growth at both ends gives a guess.
+        # First the contact is held without a limit of friction: growth at both ends gives a guess.
         held, length = self._system.without_limit(contact), CONTACT.longest_phase
         why = "slip begins against its own friction"
         while length > CONTACT.short:
@@ -146,7 +146,7 @@ class Release:
             time = length * constants.period
             speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
             if growth.rate > 0 and speed > 0:
-                fraction = min(1.0, growth.most * time / speed / CONTACT.terms)
+                fraction = min(1.0, growth.by_friction * time / speed / CONTACT.terms)
                 fractions = fraction * POINTS.points
                 slips = _grown(before, first, growth, time, fractions)
                 polar = np.stack([np.log(np.hypot(*slips.T)), np.arctan2(*slips.T[::-1])], axis=1)
@@ -162,9 +162,10 @@ class Release:
         raise Undecided(why)
 
     def _corrections(self, onset: SlipOnset, first: _Growth) -> Array:
-        """Return corrections of friction's powers, since the direction of slow slip has few digits.
+        """Return corrections of the power of friction. Shapes: returns (s, 2).
 
-        The slopes of the trajectory give friction more precisely. Shapes: returns (s, 2).
+        The direction of slow slip has few digits; the rates of the trajectory give friction more
+        precisely.
         """
         flow, constants, components = self._system.flow, self._system.constants, self._place
         nothing = np.empty((len(constants.values), 0))

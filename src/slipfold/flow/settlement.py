@@ -1,8 +1,9 @@
 """Whether a trajectory has converged to a response, a cycle or an equilibrium.
 
-Three sequences of states must repeat: those at the start of forcing periods, those at which an
-autonomous trajectory returns to a plane, and those at which contacts change. How much they change
-over a period and how fast that shrinks, a `Trend`, says how far away the limit still is.
+It has converged if a sequence of its states repeats: the states at the start of forcing periods,
+those at which an autonomous trajectory returns to a plane, or those at which contacts change. A
+`Trend` holds the change over a period and its rate of decrease, which give the distance to the
+limit.
 """
 
 from __future__ import annotations
@@ -33,19 +34,22 @@ class ConvergenceSettings:
     """When a trajectory has converged."""
 
     max_period: int = 8  # of a response, in forcing periods
-    few: int = 16  # periods below which nothing is known
-    short: int = 200  # periods below which a transient may be a torus
-    trend: float = 0.9  # ratio of changes in successive windows that shrink; its inverse: grow
-    max_changes: int = 64  # of contacts in a cycle
-    rounds: int = 4  # that must repeat each other
-    # At the end, in which returns are sought: a smooth round takes fifty, one with jumps a thousand
+    few: int = 16  # number of periods up to which nothing is concluded
+    short: int = 200  # number of periods below which a transient may be a torus
+    # Maximum ratio of the changes in successive windows that decrease; its inverse is the minimum
+    # of those that grow
+    trend: float = 0.9
+    max_changes: int = 64  # changes of contacts in a cycle
+    rounds: int = 4  # rounds of a cycle that must repeat each other
+    # Steps at the end of a trajectory in which returns are searched: a smooth cycle takes fifty
+    # steps, one with jumps a thousand
     steps: tuple[int, ...] = (4_000, 16_000, 64_000)
-    stiff_intervals: int = 100  # before the end, from which stiffness is tried
-    stiff_trials: int = 10  # of them
-    stiff_steps: int = 500  # of each
+    stiff_intervals: int = 100  # intervals before the end at which the search for stiffness begins
+    stiff_trials: int = 10  # successive intervals that are tried
+    stiff_steps: int = 500  # maximum number of explicit steps of each
     near: float = 0.3  # distance of a crossing from the plane's origin, over the extent
     enough: int = 60  # returns that suffice for a trend
-    fewest: int = 40  # states in which an approach to an equilibrium shows
+    fewest: int = 40  # minimum number of states that show an approach to an equilibrium
     neutral: float = 1e-5  # distance of a multiplier from one: those of a center are known to 1e-6
 
 
@@ -113,7 +117,7 @@ def not_converged(message: str, drift: float = math.nan, rate: float | None = No
 
 @dataclass(frozen=True)
 class Trend:
-    """Change of states over k of them: at the end, and in three successive windows."""
+    """The change of a state until the k-th after it, at the end and in three windows before."""
 
     period: int  # the number k
     drift: float  # largest change near the end
@@ -168,7 +172,7 @@ class Trend:
 
 
 def trends_of(scaled: Array, angle_periods: Array = NO_ANGLES) -> list[Trend]:
-    """Return how states change over 1 to 8 of them but for revolutions. Shapes: scaled (m, n)."""
+    """Return the trends over 1 to 8 states, revolutions left out. Shapes: scaled (m, n)."""
     return [
         _measure(scaled, angle_periods, period) for period in range(1, CONVERGENCE.max_period + 1)
     ]
@@ -216,10 +220,10 @@ def _measure(scaled: Array, angle_periods: Array, period: int) -> Trend:
 
 
 def _shortest(trends: list[Trend], settled: Trend, tolerance: float) -> Trend:
-    """Return the shortest period of which the settled one is a multiple but for errors.
+    """Return the trend of the shortest period that divides the settled one and also repeats.
 
-    A multiplier near minus one makes a response alternate that converges to period 1. Each of two
-    states is known within the tolerance, once those of one more period have faded.
+    With a multiplier near -1 a trajectory alternates while it converges to period 1. The states of
+    a period may then differ by twice the tolerance, after the decay of one more period.
     """
     fading = min(settled.rate or 1.0, 1.0) ** settled.period
     parts = (trend for trend in trends if settled.period % trend.period == 0)
@@ -309,9 +313,9 @@ def _cycle_text(duration: float) -> str:
 def judge_autonomous(model: Model, states: Array, tolerance: float) -> Settlement:
     """Judge from the end of a trajectory whether it has converged.
 
-    On an equilibrium, if it is that near to one that attracts. On a cycle, if its returns to a
-    plane across it repeat as the states of a forced trajectory must, and the cycle attracts: in a
-    center each round repeats the one before without any having been converged to.
+    It has converged to an equilibrium if it is near one that attracts. It has converged to a cycle
+    if its returns to a plane repeat and the cycle attracts. Around a center all rounds repeat, but
+    the trajectory has converged to none of them.
 
     Shapes: states (m, n).
 
@@ -386,9 +390,8 @@ class _End:
     def stiff_window(self, steps: int) -> DenseTrajectory | None:
         """Return the same in implicit steps; None where the trajectory is not stiff."""
         several = min(CONVERGENCE.stiff_intervals, len(self.states) - 1)
-        for count in range(
-            several, max(several - CONVERGENCE.stiff_trials, 0), -1
-        ):  # in a round it is at times
+        # A cycle may be stiff in some of its intervals only.
+        for count in range(several, max(several - CONVERGENCE.stiff_trials, 0), -1):
             start = self.states[-1 - count]
             last = self.flow.dense(start, self.constants, float(count), CONVERGENCE.stiff_steps)
             if last is not None and last.implicit:
@@ -396,17 +399,17 @@ class _End:
         return None
 
     def _window(self, last: DenseTrajectory | None, steps: int) -> DenseTrajectory | None:
-        """Return so many steps, which are as long as the last ones."""
+        """Return the trajectory over a number of steps of the length of the last ones."""
         if last is None:
             return None
         count = min(math.ceil(steps * last.end / len(last.phases)), len(self.states) - 1)
         return self.flow.dense(self.states[-1 - count], self.constants, float(count), 4 * steps)
 
     def returns(self, window: DenseTrajectory) -> _Returns:
-        """Find where a trajectory returns to a plane, but for full revolutions.
+        """Find where a trajectory returns to a plane, revolutions left out.
 
-        The plane stands across the trajectory where the speed is typical of its second half,
-        neither at rest nor in a jump.
+        The plane is perpendicular to the trajectory where its speed is the median of the second
+        half, neither at rest nor in a jump.
         """
         phases, states = window.phases, window.at(window.phases) / self.scales
         half = np.flatnonzero(phases >= 0.5 * window.end)
@@ -430,7 +433,7 @@ class _End:
             low, high = np.where(height < 0, at, low), np.where(height < 0, high, at)
             with np.errstate(divide="ignore", invalid="ignore"):
                 moved = at - height / (self._rates(inner) @ normal)
-            # Not where it is no number; one at the very end of a step may lie beyond by rounding.
+            # What is not finite is bisected; rounding may move a value beyond the end of a step.
             inside = (moved >= low - slack) & (moved <= high + slack)
             at = np.where(inside, np.clip(moved, low, high), 0.5 * (low + high))
         nearby = away(window.at(at) / self.scales)
@@ -443,11 +446,11 @@ class _End:
         return self.flow.rates(states, np.zeros(len(states)), self.constants) / self.scales
 
     def trends(self, returns: Array) -> list[Trend]:
-        """Return how the states at returns change; nothing where they are too few."""
+        """Return the trends of the states at returns; none if there are too few returns."""
         if len(returns) <= CONVERGENCE.few:
             return []
         scaled = returns / self.scales
-        # States of hundreds of scales are known to as many times the rounding of others.
+        # The rounding errors of states grow with their size.
         return trends_of(scaled / max(1.0, float(np.abs(scaled).max())))
 
     def largest_multiplier(self, window: DenseTrajectory, begin: float, end: float) -> float:
@@ -489,8 +492,8 @@ def _on_cycle(
 ) -> Settlement | None:
     """Judge a cycle by its multipliers; None if the returns are not near enough to it yet.
 
-    The largest multiplier is the rate at which drift will shrink: among rounding errors the drift
-    itself shows none.
+    The largest multiplier is the rate at which the drift will decrease. The drift itself does not
+    show it once it consists of rounding errors.
     """
     begin, stop = float(phases[-1 - trend.period]), float(phases[-1])
     duration = (stop - begin) * end.unit
@@ -546,7 +549,7 @@ def _few(count: int, seen: float) -> str:
 
 
 def _approaches(end: _End, rest: Equilibrium) -> bool:
-    """Whether the trajectory comes nearer to an equilibrium as its slowest eigenvalue says."""
+    """Whether the distance to an equilibrium decays at the rate of its slowest eigenvalue."""
     away = np.abs((end.states - rest.state) / end.scales).max(axis=1)
     if len(away) < CONVERGENCE.fewest:
         return False

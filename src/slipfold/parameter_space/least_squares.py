@@ -56,7 +56,7 @@ def closest(
 ) -> Explanation:
     """Return the least squares for fixed orbits, of the rows that are used.
 
-    The search ends where the relative change of the parameters or of the sum of squares is below
+    The search ends when the relative change of the parameters or of the sum of squares is below
     `close`.
     """
     from scipy.optimize import least_squares  # its import takes half a second
@@ -84,7 +84,7 @@ def closest(
     def slopes(values: Array) -> Array:
         nonlocal best, lost
         there = at(values)
-        if there is None:  # rounding moved it to its bound, where the orbit is lost
+        if there is None:  # rounding moved it to a bound at which there is no orbit
             raise _Finished
         before, now = (float(np.sum(item.residuals(rows) ** 2)) for item in (best, there))
         if there is not start and lost and before - now < LIMITS.same * now:
@@ -126,8 +126,9 @@ class Profile:
     def end(self, place: int, way: int, slopes: Array, step: float) -> float:
         """Return the end of the interval of a parameter, downward (-1) or upward (1).
 
-        It is the bound of the parameter if the sum of squares grows by less. Raises `BetterFit`.
-        `slopes` are the initial derivatives of the others, `step` is the first step.
+        It is the bound of the parameter if the sum of squares grows by less than `rise` there.
+        `slopes` are the initial derivatives of the other parameters, `step` is the first step.
+        Raises `BetterFit`.
 
         Shapes: slopes (p,).
         """
@@ -152,8 +153,8 @@ class Profile:
     ) -> Explanation:
         """Return the last point of a profile at which the sum of squares has not grown too much.
 
-        Where orbits vanish, as at a fold, steps are halved. Just beyond, orbits are assigned to the
-        rows again; the profile continues if others are near enough.
+        Where orbits vanish, as at a fold, steps are halved. At the last step orbits are assigned to
+        the rows again; the profile continues if other orbits are near enough.
         """
         middle, least = self.best.values[place], LIMITS.profile * step
         over: tuple[float, float] | None = None  # a value, and the growth there, beyond the end

@@ -55,14 +55,14 @@ RULES = OptimumRules()
 
 
 class NoSolutionError(Exception):
-    """There is no such solution at the parameter values; says why."""
+    """No solution exists at the parameter values; the message says why."""
 
 
 class ParameterizedSolution(ABC):
     """An orbit that solves equations, as a function of parameters.
 
-    `names` are the parameters that may change. One of them is among the unknowns and held: it is
-    the first of the varied parameters.
+    `names` are the parameters that may change. One of them, the first of the varied parameters, is
+    an unknown that is held.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class ParameterizedSolution(ABC):
 
     @abstractmethod
     def _placed(self, orbits: Orbits, found: Correction, model: Model) -> Self:
-        """Return the same at other values; may raise `NoSolutionError`."""
+        """Return the solution at other values; may raise `NoSolutionError`."""
 
     @property
     def _held(self) -> int:
@@ -108,7 +108,7 @@ class ParameterizedSolution(ABC):
         return np.array(rows)
 
     def moved_to(self, values: Mapping[str, float]) -> Self:
-        """Return the same at other values of the parameters, in several steps if necessary.
+        """Return the solution at other values of the parameters, in several steps if necessary.
 
         Raises `NoSolutionError`.
         """
@@ -129,7 +129,7 @@ class ParameterizedSolution(ABC):
         return here
 
     def _nearby(self, values: Mapping[str, float]) -> Self:
-        """Return the same at nearby values, in one step."""
+        """Return the solution at nearby values, in one step."""
         try:
             model = self.model.replace(**values)
         except InputError as error:
@@ -247,11 +247,12 @@ def _is_complex(found: Correction) -> bool:
 def is_confirmed(
     point: SpecialPoint, values: Mapping[str, float], threshold: float, load: float
 ) -> bool:
-    """Return whether the response from a load on first loses its stability at a threshold.
+    """Return whether a response followed from a load first loses its stability at a threshold.
 
-    For a point of a longer period: whether the orbits of that period do, to which a sequence of
-    period doublings leads. Where contacts begin or cease to stick, stability need not be lost, but
-    must not be lost before. An interruption raises `KeyboardInterrupt`.
+    A point of a longer period is confirmed if a sequence of period doublings leads to its orbits
+    and they lose their stability there first. Where contacts begin or cease to stick, the response
+    may stay stable, but must not lose its stability before. An interruption raises
+    `KeyboardInterrupt`.
     """
     end = threshold + RULES.beyond * abs(threshold)
     if not load < threshold:
@@ -280,7 +281,7 @@ def is_confirmed(
 
 
 def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
-    """Return the branch of a period to which a sequence of doublings leads from the first one."""
+    """Return the branch of a period that period doublings reach from the first branch."""
     known = {branch.id: branch for branch in branches}
     branch: Branch | None = branches[0]
     while branch is not None and branch.period < period:
@@ -302,7 +303,7 @@ class Requirement:
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The optimal parameters; if there are none, the reason says why, and numbers are NaN."""
+    """The optimal parameters; without any, numbers are NaN and `reason` says why."""
 
     values: Array  # of the parameters, shape (d,)
     thresholds: Array  # one a requirement, shape (k,)
@@ -349,8 +350,9 @@ def minimize_level(
 ) -> Choice:
     """Minimize the level of a state's vibration under requirements, from initial parameters.
 
-    By sequential quadratic programming with exact derivatives (SciPy's SLSQP). A threshold that has
-    vanished is extrapolated linearly, which leads back. Shapes: begin (d,).
+    The method is sequential quadratic programming with exact derivatives (SciPy's SLSQP). Where a
+    threshold does not exist it is extrapolated linearly, so that the search returns. Shapes: begin
+    (d,).
     """
     from scipy.optimize import minimize
 
@@ -425,5 +427,5 @@ def _verified(
             )
             return Choice.none(*nothing, reason)
     if not solved:
-        return Choice.none(*nothing, f"the search for the least level ended early: {message}")
+        return Choice.none(*nothing, f"the search for the minimum level ended early: {message}")
     return Choice(values, np.array(thresholds), here.level(state)[0], "")

@@ -22,7 +22,7 @@ STYLES = {"samples": ("black", "-"), "gradients": ("tab:orange", "--")}
 def draw_basin_fractions(
     found: BasinFractions, ax: Axes | None = None, *, legend: bool = True
 ) -> Axes:
-    """Draw the fraction of each attractor where it was found, and of starts that reach none."""
+    """Draw the basin fraction of each attractor, and that of starts that reach none."""
     ax = axes_or_new(ax)
     kinds = {number: kind_of(next(iter(found.along(number).values()))) for number in found.numbers}
     often = Counter(kinds.values())

@@ -42,13 +42,13 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.measured import Fit, MeasurementPlan
 from slipfold.results.trajectories import Sweep
 
-READ = "#c2410c"
-"""Color of measurements: of no branch, and darker than paper in gray."""
+MEASURED = "#c2410c"
+"""Color of measurements: no branch has it, and in gray it is darker than paper."""
 
 SWEEPS = {
-    "up": ("measured, upward", READ, 2.8),
+    "up": ("measured, upward", MEASURED, 2.8),
     "down": ("measured, downward", "none", 5.0),
-    "": ("measured", READ, 2.8),
+    "": ("measured", MEASURED, 2.8),
 }
 """Name, color and size of measurements by how the parameter reached its value."""
 
@@ -58,7 +58,7 @@ CROWDED = 9.0
 TORI = {STABLE: "torus", OTHER: "unstable torus"}
 
 BREAKS = ("broken", "failed", "homoclinic", "points", "resonance")
-"""Kinds of ends of tori that are marked as not followed further."""
+"""Kinds of ends at which tori are marked as not followed further."""
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ def draw_response(
 ) -> Axes:
     """Draw one response diagram, with a measurement or a sweep `under` it if they are given.
 
-    Stable orbits are solid, and so are neutral ones, which nothing damps; unstable by period
-    doubling dashed; unstable by a fold or a torus dotted. A subcritical PD or NS has an open
-    marker. Tori are drawn lighter.
+    Lines of stable and of neutral (undamped) orbits are solid, those of orbits that are unstable by
+    a period doubling dashed, by a fold or a torus bifurcation dotted. A subcritical PD or NS has an
+    open marker. Tori are drawn lighter.
     """
     output = output or _first_output(diagram)
     if under is not None:
@@ -112,7 +112,7 @@ def draw_response(
 
 
 def _first_output(diagram: Diagram) -> str:
-    """Return the first state, but none that takes all values of an angle."""
+    """Return the first state that is not a revolving angle, else the first state."""
     names = [state.name for state in _curves([diagram])[0].model.states]
     turning = {
         name for branch in diagram.branches for name, count in branch.revolutions.items() if count
@@ -134,7 +134,7 @@ def draw_family(
     ax: Axes | None = None,
     colors: Sequence[str] | None = None,
 ) -> Axes:
-    """Draw several response diagrams into one picture; `name_family` then names what is in it."""
+    """Draw several response diagrams into one picture; `name_family` adds the names."""
     first = _curves(diagrams)[0]
     ax = axes_or_new(ax)
     if measure == STUCK:
@@ -168,9 +168,9 @@ def name_family(
     colors: Sequence[str] | None = None,
     without: tuple[float, float] | None = None,
 ) -> None:
-    """Name the special points of a picture, and its curves, where nothing is covered.
+    """Write the names of special points and curves where they cover nothing.
 
-    A name may cover, or be moved by, what is drawn later.
+    Call it last: a name may cover what is drawn later, or be moved by it.
     """
     settle(ax)
     colors = palette(len(diagrams)) if colors is None else colors
@@ -194,7 +194,7 @@ def name_family(
 
 
 def _groups(ax: Axes, places: Array) -> list[Array]:
-    """Split points where successive ones lie further apart than their names are wide."""
+    """Split points into groups in which neighbors are closer than the width of a name."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     steps = np.abs(np.diff(ax.transData.transform(places), axis=0)).max(axis=1, initial=0.0)
@@ -260,7 +260,7 @@ def _draw_tori(
 
 
 def torus_handles(tori: Sequence[TorusBranch], color: str) -> list[Line2D]:
-    """Return what a legend says of tori."""
+    """Return the entries of a legend for tori."""
     stable = np.concatenate([each.stable[1:] for each in tori] or [np.empty(0, bool)])
     return [
         Line2D([], [], color=_lighter(color), label=TORI[kind], **LINES[kind])
@@ -270,7 +270,7 @@ def torus_handles(tori: Sequence[TorusBranch], color: str) -> list[Line2D]:
 
 
 def _sweep_handles(sweep: Sweep) -> list[Line2D]:
-    """Return what a legend says of the dots of a sweep."""
+    """Return the entries of a legend for the dots of a sweep."""
     colors = {
         f"sweep {name}" if name in COLORS else "from many starts": COLORS.get(name, OTHERS)
         for name in sweep.runs
@@ -296,12 +296,12 @@ def draw_measured(ax: Axes, measurement: Measurement, measure: str, output: str)
             ax.errorbar(
                 measurement.values[rows], read[rows], np.nan_to_num(errors[rows]),
                 linestyle="none", marker="o", markersize=size, markeredgewidth=0.7, elinewidth=0.7,
-                color=READ, label=name, zorder=2.5, markerfacecolor=inside,
+                color=MEASURED, label=name, zorder=2.5, markerfacecolor=inside,
             )  # fmt: skip
 
 
 def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw measurements, what the fitted model predicts for them, and which were not used."""
+    """Draw measurements, the predictions of the fitted model, and which were not used."""
     measured = fit.measurement
     chosen = measured.quantities[0] if quantity is None else parse_measured(quantity, fit.model)
     column = measured.quantities.index(chosen)

@@ -161,7 +161,7 @@ class Loci(CurveList):
         """Return the arrays of loci."""
         model, vary = result.model, result.vary
         points = [point for locus in result.loci for point in locus.special]
-        # As many as a point has, one after the other.
+        # All coefficients of the first point, then those of the next.
         forms = [(row, *item) for row, p in enumerate(points) for item in p.coefficients.items()]
         return {
             **names("parameter", [model.parameter(name) for name in vary]),
@@ -301,7 +301,7 @@ class LocusDiagram(CurveDiagram):
         return [f"Locus {locus.id} ({size}) {begins}", f"Locus {locus.id} {ends}"]
 
     def _disagreements(self, regions: RegionMap) -> list[str]:
-        """Why regions are not known: simulations or responses do not fit what others say."""
+        """Why labels of regions are uncertain: simulations or responses contradict them."""
         sentences = []
         for region in regions.regions:
             title = f"Region {region.id} ({region.claim})"
@@ -311,10 +311,10 @@ class LocusDiagram(CurveDiagram):
                 if not check.agrees
             ]
             if not region.consistent:
-                what = "bifurcations of what sticks" if region.sticking else "branch points"
+                what = "bifurcations of sticking orbits" if region.sticking else "branch points"
                 sentences.append(
-                    f"{title}: not true all over it, as responses across it show; {what}, "
-                    "whose loci are not known, may divide it"
+                    f"{title}: responses across it contradict the label; {what} whose loci are "
+                    "not known may divide it"
                 )
         return sentences
 

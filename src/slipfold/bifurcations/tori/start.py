@@ -33,8 +33,8 @@ def first_circle(
 ) -> CirclePoint | None:
     r"""Return a small circle round an orbit with multipliers :math:`e^{\pm 2 \pi i \rho}`.
 
-    It is an ellipse in the plane of their eigenvectors, to first order. The curve continues to
-    larger ones. None where Newton's method finds none: at a strong resonance, say.
+    To first order it is an ellipse in the plane of their eigenvectors; continuation leads to larger
+    circles. Return None if Newton's method fails, for example at a strong resonance.
 
     Shapes: state (n,), at phase zero.
     """
@@ -58,7 +58,7 @@ def first_circle(
 
 
 def _critical(model: Model, state: Array, period: int) -> tuple[float, NDArray[np.complex128]]:
-    """Return by which part of a turn the map turns a plane, and its eigenvector."""
+    """Return the rotation number of the critical pair, in revolutions, and its eigenvector."""
     flow = flow_of(model)
     constants, zero = flow.constants_of(model), np.zeros(1)
     still = np.zeros((len(constants.values), 0))
@@ -70,14 +70,14 @@ def _critical(model: Model, state: Array, period: int) -> tuple[float, NDArray[n
 
 
 PERIODS = (2_000, 6_000, 18_000)
-"""Forcing periods of a trajectory, the last half of which is taken to lie on the torus: more if no
-circle is found from fewer."""
+"""Lengths of a trajectory in forcing periods, tried in this order. Its second half is taken to lie
+on the torus."""
 
 
 def circle_from_trajectory(
     model: Model, vary: str, width: float, state: ArrayLike | Mapping[str, float]
 ) -> CirclePoint | None:
-    """Return the circle on which a trajectory passes phase zero; None if there is none.
+    """Return the circle that a trajectory visits at phase zero; None if there is none.
 
     Its harmonics are averages along the trajectory; Newton's method makes them exact.
     """
@@ -98,10 +98,10 @@ def circle_from_trajectory(
     return None
 
 
-def _circles(states: Array, rotation: float, turns: Array) -> Iterator[Array]:
+def _circles(states: Array, rotation: float, angle_periods: Array) -> Iterator[Array]:
     """Yield closed curves through states, with more and more harmonics. Shapes: states (k, n)."""
     base = states[0]
-    states = base + wrap_angles(states - base, turns)
+    states = base + wrap_angles(states - base, angle_periods)
     weights, times = bump(len(states))[:, None] * states, np.arange(len(states))
     count = MIN_ANGLES
     while count <= MAX_ANGLES:
