@@ -59,6 +59,7 @@ from slipfold.models.quantities import Parameter as Parameter
 from slipfold.models.quantities import State as State
 from slipfold.models.registry import built_in_models as built_in_models
 from slipfold.models.sliding_oscillator import SlidingOscillator as SlidingOscillator
+from slipfold.models.structures.contacts import ComplianceLoad as ComplianceLoad
 from slipfold.models.structures.contacts import ConstantLoad as ConstantLoad
 from slipfold.models.structures.contacts import ContactLoad as ContactLoad
 from slipfold.models.structures.contacts import FrictionContact as FrictionContact
@@ -78,6 +79,7 @@ from slipfold.models.structures.springs import GapSpring as GapSpring
 from slipfold.models.structures.springs import GeometricSpring as GeometricSpring
 from slipfold.models.structures.springs import LinearSpring as LinearSpring
 from slipfold.models.structures.springs import PolynomialSpring as PolynomialSpring
+from slipfold.models.structures.springs import TabulatedSpring as TabulatedSpring
 from slipfold.models.structures.structure import Structure as Structure
 from slipfold.models.system import System as System
 from slipfold.models.unforced import Unforced as Unforced

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+import slipfold as sf
 from slipfold import (
     BaseMotion,
     BoucWen,
@@ -122,6 +123,17 @@ BAD = {
     "NaN stiffness": (lambda: CubicSpring("q1", k3=np.nan), "k3 = nan is not a finite number"),
     "power": (lambda: PolynomialSpring("q1", {0: 1.0}), "whole numbers from 1 to 15"),
     "no polynomial": (lambda: PolynomialSpring("q1", {}), "is not a polynomial"),
+    "exact table": (
+        lambda: sf.TabulatedSpring("q1", [(0, 0), (1, 1)]), "without e has corners at its rows"
+    ),
+    "short table": (lambda: sf.TabulatedSpring("q1", [(0, 0)], e=1), "give 2 to 64 rows of displ"),
+    "double row": (
+        lambda: sf.TabulatedSpring("q1", [(0, 0), (0, 1)], e=1), "or two forces at one displacement"
+    ),
+    "exact compliance": (
+        lambda: sf.ComplianceLoad("q1"), "without en has a corner where the surfaces part; give en"
+    ),
+    "exponent": (lambda: sf.ComplianceLoad("q1", en=1, exponent=0.5), "has the exponent 0.5"),
     "exact gap": (lambda: GapSpring("q1", k=1), "has a corner where it is touched"),
     "gap stiffness": (lambda: GapSpring("q1", k=-1, e=1e-3), "k = -1 is outside its bounds"),
     "side": (lambda: GapSpring("q1", e=1e-3, side="up"), "side = 'up' is not known"),
@@ -203,6 +215,18 @@ def test_matrices_without_symmetry_are_taken_where_they_may_be():
     model = make(C=SKEW, K=SKEW)
     assert "energy" not in [output.name for output in model.outputs()]
     assert model.stiffness_matrix == pytest.approx(SKEW)
+
+
+@pytest.mark.parametrize(("stiffness", "said"), [
+    (K2, ()),
+    (K2 - np.eye(2), ("1 of 2 modes have negative stiffness: only elements, contacts and",)),
+    (np.array([[1, -1], [-1, 1]]), ("1 of 2 modes have no stiffness: only elements",)),
+    (SKEW, ("K is not symmetric, so that there is no energy of the structure",)),
+])  # fmt: skip
+def test_what_is_unusual_is_said(stiffness, said):
+    notes = make(K=stiffness).notes
+    assert len(notes) == len(said)
+    assert all(note.startswith(words) for note, words in zip(notes, said, strict=True))
 
 
 def test_steady_sliding_is_not_followed_to_a_surface_at_rest():

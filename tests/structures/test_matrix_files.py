@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 from scipy.io import hb_write, mmwrite, savemat
 
-from slipfold import InputError, Structure
+from slipfold import BaseMotion, FrictionContact, InputError, Structure
 
 M = np.diag([1.0, 2.0])
 K = np.array([[2.0, -1.0], [-1.0, 1.0]])
@@ -133,6 +133,18 @@ def test_names_in_a_table(tmp_path):
     text = "[structure]\nM = { diagonal = [1, 1, 1] }\nK = { diagonal = [1, 1, 1] }\nnames = "
     (tmp_path / "frame.toml").write_text(f'{text}"nodes.csv"\n')
     assert Structure.from_toml(tmp_path / "frame.toml").structure["names"][1] == "uz_pad"
+    # A contact at node and direction; a base that moves all nodes along one direction.
+    parts = {"contacts": FrictionContact("pad:uz"), "forcing": BaseMotion("*:uz", A=1.0)}
+    model = model.replace(**parts, watch={"u": {"17:uz": 2.0}})
+    assert model.structure["contacts"][0].along[0].weights == (("uz_pad", 1.0),)
+    power = model.evaluate("power_forcing", [0, 0, 0, 1, 2, 5])
+    assert power == pytest.approx((2 * np.pi) ** 2 * (1 + 2), rel=1e-12)
+    for at, words in {
+        "18:uz": "freedom 'uz18'; did you mean uz17",
+        "*:ux": r"freedom '\*:ux'",
+    }.items():
+        with pytest.raises(InputError, match=words):
+            model.replace(forcing=BaseMotion(at))
     for content, words in {
         "knot,direction\n": "has the columns knot, direction; its first row must hold node and",
         "node,direction\n1,uz\n,ux\n": "neither a name nor a node with a direction in line 3",

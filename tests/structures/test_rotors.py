@@ -34,7 +34,9 @@ def test_forward_and_backward_whirl(speed, reduction):
     exact = np.sort_complex(exact[exact.imag > 0].imag + 1j * exact[exact.imag > 0].real)
     found = np.sort_complex(eigenvalues(model).imag + 1j * eigenvalues(model).real)
     np.testing.assert_allclose(found, exact, rtol=1e-9)
-    np.testing.assert_allclose(model.damping_matrix, 0.02 * model.mass_matrix, rtol=1e-14)
+    np.testing.assert_allclose(
+        model.damping_matrix, 0.02 * model.mass_matrix, rtol=1e-14, atol=1e-15
+    )
 
 
 def test_the_response_of_a_rotor_with_unbalance():

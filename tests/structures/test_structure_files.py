@@ -64,6 +64,7 @@ def every_part():
             sf.PolynomialSpring({"q1": 0.6, "q2": 0.8}, {1: -3.0, 5: 7.0}, name="poly"),
             sf.GapSpring("q3", k=10, gap="1mm", e=1e-4, side="both", name="stop"),
             sf.GeometricSpring(("q1", "q2"), (1, 2), k=5, L=0.2, stretch=1.1, name="tie"),
+            sf.TabulatedSpring("q2", [(-0.1, -2), (0, 0), (0.25, 1)], 2, e=1e-3, name="table"),
         ],
         contacts=[
             sf.FrictionContact(
@@ -76,6 +77,9 @@ def every_part():
             ),
             sf.FrictionContact("q3", sf.LuGre(s0=1e3), sf.ConstantLoad(3, normal="q2"), name="b"),
             sf.FrictionContact("q2", sf.BoucWen(exponent=4), "2 N", name="d"),
+            sf.FrictionContact(
+                "q2", sf.Dahl(), sf.ComplianceLoad("q1", 2, 0.1, 1e-3, 1.5), name="e", group="all"
+            ),
         ],
         forcing=[
             sf.HarmonicForce("q1", F=2, phi=0.3, harmonic=2),
@@ -213,6 +217,12 @@ def test_samples_of_a_force_lie_beside_the_file_too(file):
     text = TEXT.replace("[watch]\n", more)
     file.write_text(text.replace("SAMPLES", '"force.npy"'))
     assert sf.Structure.from_toml(file).structure["forcing"][1].samples == tuple(table)
+    spring = (
+        '[[elements]]\ntype = "TabulatedSpring"\nat = "tip"\ne = 1e-3\ntable = "F.npy"\n[watch]\n'
+    )
+    np.save(file.parent / "F.npy", [[0.0, 0.0], [1.0, 2.0]])
+    file.write_text(TEXT.replace("[watch]\n", spring))
+    assert sf.Structure.from_toml(file).structure["elements"][2].table == ((0, 0), (1, 2))
     for name, words in {
         "plane.npy": "plane.npy' holds no row of numbers",
         "../force.npy": "leads out of the folder",

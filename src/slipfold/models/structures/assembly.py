@@ -210,18 +210,37 @@ class Assembly:
     @cached_property
     def frequencies(self) -> Array:
         """Natural frequencies of the linear structure without elements in Hz, shape (r,)."""
-        return self.frequencies_with(self.stiffness)
+        return _frequencies(self.squares)
+
+    @cached_property
+    def squares(self) -> Array:
+        """Squared circular frequencies of the constant matrices in rad^2/s^2, shape (r,)."""
+        return lowest_modes(self.stiffness, self.mass)[0]
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What an unusual stiffness matrix means, one sentence each."""
+        if not self.symmetric:
+            return ("K is not symmetric, so that there is no energy of the structure",)
+        rounding = 10 * MATRICES.rounding * self.size * np.abs(self.squares).max()
+        growing = int(np.sum(self.squares < -rounding))
+        kinds = {"negative": growing, "no": int(np.sum(np.abs(self.squares) <= rounding))}
+        return tuple(
+            f"{count} of {self.size} modes have {kind} stiffness: only elements, contacts and "
+            "other matrices can hold them"
+            for kind, count in kinds.items()
+            if count
+        )
 
     def frequencies_with(self, stiffness: Array) -> Array:
         """Return the natural frequencies with another stiffness in Hz. Shapes: (r, r)."""
-        squares = lowest_modes(stiffness, self.mass)[0]
-        return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+        return _frequencies(lowest_modes(stiffness, self.mass)[0])
 
     def _refuse_stiff(self) -> None:
         """Refuse a fast mode whose rounding errors hide the slow ones."""
         if self.definition.reduction is not None or not self.symmetric:
             return
-        squares = self.frequencies**2
+        squares = self.squares
         # What is slower still is a motion without stiffness.
         slow = squares > MATRICES.rounding * self.size * squares[-1]
         hidden = np.flatnonzero(slow & (squares < squares[-1] / MATRICES.hidden))
@@ -543,6 +562,10 @@ class Assembly:
             pairs = zip(item.component._forces(local), local.v, strict=True)
             terms += [force * speed for force, speed in pairs]
         return total(terms)
+
+
+def _frequencies(squares: Array) -> Array:
+    return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
 
 
 assemble = lru_cache(maxsize=64)(Assembly)

@@ -16,6 +16,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError, suggest
 from slipfold.models.parametric import Parametric, structural
 from slipfold.models.quantities import Expression, Limit, Output, Parameter, State, Symbols
+from slipfold.models.structures.matrix_files import node_name
 from slipfold.text import listed
 
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
@@ -70,6 +71,9 @@ class Direction:
         places = {name: place for place, name in enumerate(names)}
         vector = np.zeros(len(names))
         for name, weight in self.weights:
+            if name.startswith(EVERY) and (all_of := _along(name, names)):
+                vector[all_of] = weight
+                continue
             if name not in places:
                 raise InputError(
                     f"the structure has no degree of freedom {brief(name)}; {suggest(name, names)}"
@@ -79,18 +83,34 @@ class Direction:
         return vector
 
 
+EVERY = "*:"
+"""What the name of a direction at all nodes begins with."""
+
+
+def _along(name: str, names: Sequence[str]) -> list[int]:
+    """Return the places of the degrees of freedom along a direction at all nodes."""
+    form = re.compile(rf"{re.escape(name.removeprefix(EVERY))}(\d+|_\w+)")
+    return [place for place, one in enumerate(names) if form.fullmatch(one)]
+
+
+def _name_of(text: str) -> str:
+    """Return the name of a degree of freedom that is given by node and direction, ``17:uz``."""
+    node, colon, direction = text.partition(":")
+    return node_name(node, direction) if colon and node != "*" else text
+
+
 def as_direction(value: Any, title: str) -> Direction:
     """Make a direction of a name or of weights by name."""
     if isinstance(value, Direction):
         return value
     if isinstance(value, str):
-        return Direction(((value, 1.0),))
+        return Direction(((_name_of(value), 1.0),))
     if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
         raise InputError(
             f"a {title} acts at {brief(value)}, which is not a direction; give the name of a "
             'degree of freedom, or weights by name such as {"x": 0.6, "y": 0.8}'
         )
-    weights = {name: _weight(name, weight, title) for name, weight in value.items()}
+    weights = {_name_of(name): _weight(name, weight, title) for name, weight in value.items()}
     kept = tuple((name, weight) for name, weight in weights.items() if weight)
     if not kept:
         raise InputError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import heyoka as hy
@@ -39,6 +39,7 @@ from slipfold.models.structures.component import (
     checked_harmonic,
     total,
 )
+from slipfold.models.units import parse_quantity
 
 _STATIC = positive("Ns", 1.0, "N", "static normal force", "$N_s$")
 
@@ -179,6 +180,77 @@ class ContactLoad(NormalLoad):
     def _force(self, local: LocalState) -> Expression:
         (u,), (v,), c = local.u, local.v, local.c
         return c["Ns"] - c["kn"] * u - c["cn"] * v
+
+
+def _checked_exponent(value: Any, title: str) -> float:
+    number = parse_quantity(value, "", "exponent")
+    if not 1 <= number <= MAX_EXPONENT:
+        raise InputError(
+            f"a {title} has the exponent {brief(value)}; give a number from 1 to {MAX_EXPONENT:g}"
+        )
+    return number
+
+
+MAX_EXPONENT = 10.0
+"""Highest exponent of a compliance: measured ones are between 1 and 3.5."""
+
+
+@dataclass(frozen=True)
+class ComplianceLoad(NormalLoad):
+    r"""A normal force that grows with a power of the approach: normal compliance.
+
+    .. math::
+
+        N = N_s \Bigl(\frac{s(d - u_n)}{d}\Bigr)^m, \qquad
+        s(w) = \tfrac12 \bigl(w + \sqrt{w^2 + \varepsilon^2}\bigr)
+
+    with the displacement :math:`u_n` away from the surface, the force :math:`N_s` at rest, the
+    approach d there and the exponent m. With m = 1 it is a unilateral spring of the stiffness
+    :math:`N_s/d`. Separation is rounded off as with a `GapSpring`, so that the force never
+    vanishes: motion goes on through contact and separation with any friction law.
+
+    References
+    ----------
+    J. A. C. Martins and J. T. Oden, Existence and uniqueness results for dynamic contact problems
+    with nonlinear normal and friction interface laws, Nonlinear Analysis 11 (1987) 407-428.
+
+    Examples
+    --------
+    >>> ComplianceLoad("y", Ns=10, d="5um", en="0.1um", exponent=2).exponent
+    2.0
+    """
+
+    title: ClassVar[str] = "compliance load"
+
+    normal: Any = structural(
+        "degree of freedom, or weights by name: the direction away from the surface",
+        read=as_direction,
+    )
+    Ns: float = described(_STATIC)
+    d: float = described(positive("d", 1.0, "m", "approach of the surfaces at rest", "$d$"))
+    en: Any = field(
+        default=None,
+        metadata={
+            "parameter": positive(
+                "en", 1.0, "m", "length over which separation is rounded off", r"$\varepsilon_n$"
+            )
+        },
+    )
+    exponent: float = structural("power m of the approach, from 1 to 10", 1.0, _checked_exponent)
+
+    def prepare(self) -> None:
+        """Refuse exact separation."""
+        if self.en is None:
+            raise InputError(
+                "a compliance load without en has a corner where the surfaces part; give en, the "
+                "length over which it is rounded off, or a ContactLoad, which opens exactly"
+            )
+
+    def _force(self, local: LocalState) -> Expression:
+        (u,), c = local.u, local.c
+        way = c["d"] - u
+        pressed = (way + sqrt(way * way + c["en"] * c["en"])) / (2.0 * c["d"])
+        return c["Ns"] * (pressed if self.exponent == 1 else pressed**self.exponent)
 
 
 def _load(value: Any, title: str) -> Any:

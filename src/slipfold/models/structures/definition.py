@@ -43,12 +43,20 @@ from slipfold.models.structures.springs import (
     GeometricSpring,
     LinearSpring,
     PolynomialSpring,
+    TabulatedSpring,
 )
 from slipfold.models.units import parse_quantity
 from slipfold.text import listed
 
 COMPONENTS: dict[str, tuple[type[Component], ...]] = {
-    "elements": (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring),
+    "elements": (
+        LinearSpring,
+        CubicSpring,
+        PolynomialSpring,
+        GapSpring,
+        TabulatedSpring,
+        GeometricSpring,
+    ),
     "contacts": (FrictionContact,),
     "forcing": (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion),
 }

@@ -27,7 +27,13 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
 from slipfold.models.quantities import Parameter
 from slipfold.models.structures.component import Direction
-from slipfold.models.structures.contacts import ConstantLoad, ContactLoad, ModulatedLoad, NormalLoad
+from slipfold.models.structures.contacts import (
+    ComplianceLoad,
+    ConstantLoad,
+    ContactLoad,
+    ModulatedLoad,
+    NormalLoad,
+)
 from slipfold.models.structures.definition import COMPONENTS, Definition
 from slipfold.models.structures.matrices import (
     Damping,
@@ -143,9 +149,20 @@ def _samples(given: Any, folder: Path | None) -> Any:
     return values.ravel().tolist()
 
 
+def _rows(given: Any, folder: Path | None) -> Any:
+    """Return the rows of a tabulated spring."""
+    if not isinstance(given, str):
+        return given
+    values = np.asarray(read_matrix(_beside(given, folder), "table"))
+    if values.dtype.kind not in "fiu" or values.ndim != 2:
+        raise WrongEntry(f"= {given!r} holds no rows of displacement and force; save those")
+    return values.tolist()
+
+
 def _load(given: Any) -> Any:
     """Return a normal force; a number, or text with a unit, is a constant one."""
-    kinds = {kind.__name__: kind for kind in (ConstantLoad, ModulatedLoad, ContactLoad)}
+    loads = (ConstantLoad, ModulatedLoad, ContactLoad, ComplianceLoad)
+    kinds = {kind.__name__: kind for kind in loads}
     return read_part(given, kinds, "type", {}) if isinstance(given, Mapping) else given
 
 
@@ -159,6 +176,7 @@ def _one_of(*classes: type) -> BeforeValidator:
             "friction": read_law,
             "load": _load,
             "samples": samples,
+            "table": partial(_rows, folder=info.context),
         }
         return read_part(given, kinds, "type", readers)
 

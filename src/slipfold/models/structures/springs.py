@@ -1,4 +1,4 @@
-"""Springs: linear with a damper, cubic, polynomial, beyond a gap, geometrically exact."""
+"""Springs: linear with a damper, cubic, polynomial, gap, tabulated, geometrically exact."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from functools import partial
 from typing import Any, ClassVar, Self
 
 import heyoka as hy
+import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError, suggest
 from slipfold.models.formulas.functions import whole_power
 from slipfold.models.parametric import described, structural
@@ -154,6 +156,17 @@ _ROUNDING = positive(
 )
 
 
+def _pressed(depth: Expression, c: Symbols) -> Expression:
+    """Return twice the positive part of a depth, rounded off."""
+    return depth + hy.sqrt(depth * depth + c["square"])
+
+
+def _pressing(depth: Expression, c: Symbols) -> Expression:
+    """Return four times its integral, zero at contact."""
+    root = hy.sqrt(depth * depth + c["square"])
+    return depth * depth + (depth * root + c["square"] * hy.asinh(depth / c["e"]))
+
+
 @dataclass(frozen=True)
 class GapSpring(OneDirection):
     r"""A stop beyond a gap, rounded off over a length; with no gap a unilateral spring.
@@ -207,8 +220,7 @@ class GapSpring(OneDirection):
         (u,), c = local.u, local.c
         parts = []
         for sign in _SIDES[self.side]:
-            depth = sign * u - c["gap"]
-            parts.append(-sign * c["half"] * (depth + hy.sqrt(depth * depth + c["square"])))
+            parts.append(-sign * c["half"] * _pressed(sign * u - c["gap"], c))
         return (total(parts),)
 
     def _potential(self, local: LocalState) -> Expression:
@@ -216,11 +228,107 @@ class GapSpring(OneDirection):
         (u,), c = local.u, local.c
         parts = []
         for sign in _SIDES[self.side]:
-            depth = sign * u - c["gap"]
-            root = hy.sqrt(depth * depth + c["square"])
-            curved = depth * root + c["square"] * hy.asinh(depth / c["e"])
-            parts.append(0.5 * c["half"] * (depth * depth + curved))
+            parts.append(0.5 * c["half"] * _pressing(sign * u - c["gap"], c))
         return total(parts)
+
+
+MAX_ROWS = 64
+"""Most rows of a table: each is a term that every step of the integration evaluates."""
+
+
+def _checked_table(given: Any, title: str) -> tuple[tuple[float, float], ...]:
+    """Return displacement and force of each row, by ascending displacement."""
+    try:
+        rows = np.array(list(given.items() if isinstance(given, Mapping) else given), dtype=float)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] != 2 or not 2 <= len(rows) <= MAX_ROWS:
+        raise InputError(
+            f"the table of a {title} is {brief(given)}; give 2 to {MAX_ROWS} rows of displacement "
+            "in m and force in N, such as [(-0.001, -20), (0, 0), (0.001, 5)]"
+        )
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    if not np.isfinite(rows).all() or np.any(np.diff(rows[:, 0]) == 0):
+        raise InputError(
+            f"the table of a {title} has numbers that are not finite, or two forces at one "
+            "displacement; give one finite force for each"
+        )
+    return tuple((float(u), float(force)) for u, force in rows)
+
+
+@dataclass(frozen=True)
+class TabulatedSpring(OneDirection):
+    r"""A spring with a measured force, linear between the rows of a table and beyond its ends.
+
+    .. math::
+
+        F = -\mathrm{factor} \Bigl(F_1 + k_1 (u - u_1) + \sum_i (k_{i+1} - k_i)\, s(u -
+        u_{i+1})\Bigr)
+
+    with the slopes :math:`k_i` between the rows, and corners rounded off by s as those of a
+    `GapSpring`. At a corner the force differs from the table by :math:`\varepsilon/2` times the
+    change of the slope; `residual` says how much that is.
+
+    Examples
+    --------
+    >>> spring = TabulatedSpring("tip", [(-1e-3, -20), (0, 0), (1e-3, 5)], e="1um")
+    >>> round(spring.residual, 6)
+    0.000375
+    """
+
+    title: ClassVar[str] = "tabulated spring"
+
+    table: Any = structural(
+        "force in N by displacement in m: rows, shape (n, 2), or a mapping", read=_checked_table
+    )
+    factor: float = described(Parameter("factor", 1.0, "", "factor of a tabulated spring"))
+    e: Any = field(default=None, metadata={"parameter": _ROUNDING})
+
+    def prepare(self) -> None:
+        """Refuse exact corners."""
+        if self.e is None:
+            raise InputError(
+                "a tabulated spring without e has corners at its rows, through which motion cannot "
+                "be computed; give e, the length over which they are rounded off"
+            )
+
+    @property
+    def residual(self) -> float:
+        """Largest difference between the table and the spring, over the largest force."""
+        rows = np.array(self.table)
+        away = rows[:, 0] - rows[1:-1, :1]  # of each corner
+        over = np.abs(np.diff(self._slopes)) @ ((np.hypot(away, self.e) - np.abs(away)) / 2)
+        return float(over.max() / max(np.abs(rows[:, 1]).max(), np.finfo(float).tiny))
+
+    @property
+    def _slopes(self) -> Array:
+        u, force = np.array(self.table).T
+        return np.diff(force) / np.diff(u)
+
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Factor, and the rounding and its square."""
+        return {"factor": p["factor"], "square": p["e"] * p["e"], "e": p["e"]}
+
+    def _corners(self, u: Expression) -> Iterator[tuple[float, Expression]]:
+        """Yield the change of the slope at each corner and the displacement beyond it."""
+        for change, (start, _) in zip(np.diff(self._slopes), self.table[1:-1], strict=True):
+            if change:
+                yield float(change), u - start
+
+    def _forces(self, local: LocalState) -> Forces:
+        (u,), c = local.u, local.c
+        start, first = self.table[0]
+        parts = [first + float(self._slopes[0]) * (u - start)]
+        parts += [0.5 * change * _pressed(depth, c) for change, depth in self._corners(u)]
+        return (-c["factor"] * total(parts),)
+
+    def _potential(self, local: LocalState) -> Expression:
+        (u,), c = local.u, local.c
+        start, first = self.table[0]
+        way = u - start
+        parts = [first * way + 0.5 * float(self._slopes[0]) * way * way]
+        parts += [0.25 * change * _pressing(depth, c) for change, depth in self._corners(u)]
+        return c["factor"] * total(parts)
 
 
 @dataclass(frozen=True)

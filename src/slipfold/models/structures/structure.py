@@ -71,7 +71,8 @@ class Structure(MechanicalModel):
         ...`` stay, and `reduction_report` says how good they are. None keeps all degrees of
         freedom.
     elements
-        Springs: `LinearSpring`, `CubicSpring`, `PolynomialSpring`, `GapSpring`, `GeometricSpring`.
+        Springs: `LinearSpring`, `CubicSpring`, `PolynomialSpring`, `GapSpring`, `TabulatedSpring`,
+        `GeometricSpring`.
     contacts
         `FrictionContact` objects.
     forcing
@@ -144,7 +145,9 @@ class Structure(MechanicalModel):
         arguments = locals()
         parts = {key: arguments[key] for key in (*_PARTS, "triangles")}
         definition, given = define(parts)
-        self._become(assemble(definition), {**given, **values}, definition.notes)
+        assembly = assemble(definition)
+        notes = (*definition.notes, *assembly.notes)
+        self._become(assembly, {**given, **values}, notes)
 
     def _become(
         self, assembly: Assembly, values: Mapping[str, float | str], notes: tuple[str, ...]
