@@ -13,7 +13,11 @@ FIGURES: Mapping[str, Mapping[str, str]] = {
     "BasinFractions": {"fractions": "curves.draw_basin_fractions"},
     "Basins": {"basins": "maps.draw_basins"},
     "Design": {"designs": "curves.draw_design"},
-    "Diagram": {"response": "response.draw_response", "spectrum": "trajectories.draw_spectrum_at"},
+    "Diagram": {
+        "response": "response.draw_response",
+        "spectrum": "trajectories.draw_spectrum_at",
+        "eigenvalues": "eigenvalues.draw_eigenvalues",
+    },
     "Fit": {"fit": "response.draw_fit"},
     "FrictionLaw": {"coefficient": "contacts.draw_friction"},
     "LocusDiagram": {"loci": "loci.draw_loci"},

@@ -38,9 +38,9 @@ def _durations(curve: Any) -> Array:
     return np.full(len(curve), curve.model.values[DURATION.name]) if own is None else own
 
 
-def _eigenvalues(locus: Locus) -> Complex:
-    result = locus.eigenvalues
-    return np.full(locus.multipliers.shape, np.nan + 0j) if result is None else result
+def _eigenvalues(curve: Branch | Locus) -> Complex:
+    result = curve.eigenvalues
+    return np.full(curve.multipliers.shape, complex(np.nan, np.nan)) if result is None else result
 
 
 def _stuck_fraction(curve: Any) -> Array:
@@ -141,7 +141,7 @@ POINT = (
     Column("criticality", TEXT, "empty: no meaning, or not known", derived=True, when="locus",
            get=lambda locus: [word or "" for word in locus.criticality]),
     Column("eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
-           get=_eigenvalues, derived=True, head=None, when="locus cycle"),
+           get=_eigenvalues, derived=True, head=None, when="cycle"),
     replace(STUCK, get=_stuck_fraction),
     Column("durations", REAL, "of one revolution; of an equilibrium, what multipliers are over",
            "s", get=_durations, name="duration", head=None, when="cycle"),

@@ -11,8 +11,9 @@ import numpy as np
 
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.end import End
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import DURATION
+from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, parameter_text
@@ -148,6 +149,16 @@ class OrbitSeries(SolutionCurve):
     stuck_fraction: Annotated[
         Array | None, STUCK.format(", shape (n_points,). None if all orbits do that")
     ] = None
+
+    @cached_property
+    def eigenvalues(self) -> Complex | None:
+        """Of equilibria in 1/s, largest real part first, (n_points, n_states); None for orbits."""
+        if self.kind != "equilibrium":
+            return None
+        jacobian = evaluation_of(self.model).jacobian
+        models = map(self.model_at, range(len(self)))
+        pairs = zip(models, self.nodes[:, 0], strict=True)
+        return np.array([eigenvalues_of(jacobian(*pair)) for pair in pairs])
 
     def _rows(self) -> PrintedTable:
         started, stopped = (

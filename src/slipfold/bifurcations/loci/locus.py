@@ -161,16 +161,6 @@ class Locus(OrbitSeries):
         """Whether the locus closed on itself."""
         return self.stopped.kind == "closed"
 
-    @cached_property
-    def eigenvalues(self) -> Complex | None:
-        """Of equilibria in 1/s, largest real part first, (n_points, n_states); None for orbits."""
-        if self.kind != "equilibrium":
-            return None
-        jacobian = evaluation_of(self.model).jacobian
-        models = map(self.model_at, range(len(self)))
-        pairs = zip(models, self.states, strict=True)
-        return np.array([eigenvalues_of(jacobian(*pair)) for pair in pairs])
-
 
 def hopf_duration(eigenvalues: Complex) -> float:
     """Return the period of the cycles that emanate at a Hopf point; NaN where no pair is imaginary.

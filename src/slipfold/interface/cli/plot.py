@@ -34,7 +34,7 @@ PlotKind = Annotated[
     Option(
         "What to draw: of a simulation timeseries, spectrum or phase, and of its contacts "
         "hysteresis, friction, path, track or timeline; of a sweep points, section or waterfall; "
-        "of a response the spectrum of a torus.",
+        "of a response the spectrum of a torus, or the eigenvalues of equilibria.",
         metavar="KIND",
     ),
 ]
