@@ -14,7 +14,7 @@ from typing import Annotated, Any, ForwardRef, TypeVar, cast, get_args
 from slipfold.errors import InputError
 
 SIMILAR = 0.8
-"""Similarity from which on a word is a misspelled argument."""
+"""Minimum similarity of a word that counts as a misspelled argument."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -1,4 +1,4 @@
-"""Data classes that nobody changes by way of their arrays, and whose fields say what they mean."""
+"""Data classes with read-only arrays and documented fields."""
 
 from __future__ import annotations
 

@@ -172,9 +172,9 @@ def outside(multipliers: Multipliers) -> NDArray[np.bool_]:
 
 
 def stability_word(multipliers: Multipliers, *, cycle: bool) -> str:
-    """Return ``"stable"``, ``"unstable"`` or, of what nothing damps, ``"neutral"``.
+    """Return ``"stable"``, ``"unstable"`` or, of an undamped orbit, ``"neutral"``.
 
-    Of a cycle one multiplier is one anyway. Shapes: multipliers (n,).
+    One multiplier of a cycle is always one. Shapes: multipliers (n,).
 
     >>> stability_word(np.array([0.5, 1.0]), cycle=True)
     'stable'

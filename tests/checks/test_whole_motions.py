@@ -31,7 +31,7 @@ def test_what_has_grown_from_errors_is_found():
     settlement = Settlement(False, None, np.nan, None, "not settled")
     wrong = check_trajectory(Trajectory(epidemic(), states, settlement))
     assert not wrong.agree
-    assert "least is left" in str(wrong)
+    assert "where it is smallest" in str(wrong)
     assert "write the equation for its logarithm" in str(wrong)
     right = sf.simulate(epidemic(), 8, [0.3, 1e-3])
     assert np.abs(states[-1, 1] / right.states[-1, 1] - 1) > 0.1

@@ -133,10 +133,10 @@ def locating_test(
 
 
 def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> float | None:
-    """Return where a test function may touch zero without a sign change at the ends.
+    """Return where a test function may reach zero without a sign change at the ends.
 
-    Each function is interpolated from its values, and from what it is computed from. The better of
-    the two is the one that changes less if a point is left out.
+    Each function is interpolated in two ways: its values, and the quantities it is computed from.
+    The interpolation that changes less if a point is left out is the better one.
     """
     near = well_spaced(history, a.arclength, b.arclength, ZERO.knots)
     grid = arclengths_between(a.arclength, b.arclength)
@@ -219,11 +219,11 @@ class Interpolated:
 
     @property
     def ambiguous(self) -> Mask:
-        """Whether each may touch zero, or has more zeros than its signs show, shape (f,).
+        """Whether each may reach zero, or have more zeros than its signs show, shape (f,).
 
-        Between the points its error may be as large as the change from the interpolation through a
-        point less. If it is near zero at a point and its error is large there, its slope is not
-        known, and it may have come from the other side.
+        The error between the points is at most the change that one point less would make. If a
+        function is near zero at a point and its error there is large, its slope is not known, and
+        it may have crossed zero.
         """
         unsure = np.abs(self.ends) < ZERO.unsure * self.end_errors
         found = (self._above_zero.min(axis=-2) < 0) | unsure.any(axis=-2)

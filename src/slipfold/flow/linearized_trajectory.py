@@ -188,11 +188,12 @@ def _comes_to_rest_in_the_plane(part: SmoothPhase) -> bool:
 def grazing_distances(
     system: HybridSystem, start: Array, passed: Sequence[tuple[SmoothPhase, Mode]]
 ) -> list[float]:
-    """Return minimum speeds of slow slip, over its scale, and squared durations of its stops.
+    """Return how far an orbit in the plane is from grazing. Shapes: start (n,).
 
-    A stop and the slip after it count by the duration only. Where static friction is more than
-    kinetic, a stop lasts as soon as slip touches zero: then the square counts of what it leaves
-    unused of kinetic friction, over all of that. Shapes: start (n,).
+    These are the minimum speed of each phase of slow slip, over its scale, and the square of the
+    duration of each stop with the slip after it. If static friction exceeds kinetic friction, a
+    stop has a duration as soon as slip reaches zero. Then the duration is replaced by the unused
+    fraction of kinetic friction.
     """
     result = list[float]()
     state, stopped, released = start, dict[int, float](), False

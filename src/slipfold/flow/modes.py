@@ -33,30 +33,34 @@ class Status(IntEnum):
 class ContactSettings:
     """Tolerances of stick and slip; slip is over its scale."""
 
-    rest: float = 1e-13  # slip in the plane below which it ends
-    slow: float = 0.05  # and below which it is integrated in logarithm and angle
-    grazing: float = 1e-7  # slip that counts as zero where it turned too fast to go on
-    unit: float = 64.0  # of logarithms as states, so that they do not dominate the error of a step
-    slack: float = 1e-11  # fraction of a limit of friction by which rounding may exceed it
+    rest: float = 1e-13  # slip in the plane below which slip ends
+    slow: float = 0.05  # slip in the plane below which its logarithm and angle are integrated
+    grazing: float = 1e-7  # slip that counts as zero if its direction turns too fast to continue
+    # Unit of logarithms that are states, so that they do not dominate the error of a step
+    unit: float = 64.0
+    slack: float = 1e-11  # rounding error of a limit of friction, as a fraction of it
     # An event triggers this far beyond zero, since slip is exactly zero where a mode begins
     event_distance: float = TOLERANCE / 10
     max_steps: int = 20_000  # of the integrator between two changes
     max_changes: int = 10_000  # in a forcing period
     forever: float = 1e30  # end of the rescaled time in slow slip
-    # The onset of slip in the plane. A phase after which growth of a force shows, and slip that
-    # may still be in its onset
+    # Onset of slip in the plane: a phase after which a force has grown measurably, and the slip up
+    # to which the onset may last
     short: float = 1e-6
-    immediate_rate: float = 1e-3  # over that from friction alone, above which slip begins at once
-    immediate_phase: float = 1e-13  # phases of such an onset
-    longest_phase: float = 0.01  # phases of another
-    shrink_factor: float = 0.3  # of a phase that was too long
-    # Decreasing terms of the series of slip at its end: slip is then fast enough not to be stiff
+    # Minimum rate of slip, over that from friction alone, at which slip begins at once
+    immediate_rate: float = 1e-3
+    immediate_phase: float = 1e-13  # duration of such an onset, in phases
+    longest_phase: float = 0.01  # maximum duration of any other onset
+    shrink_factor: float = 0.3  # factor of a duration that was too long
+    # Number of decreasing terms of the series of slip at its end: slip is then fast enough not to
+    # be stiff
     terms: float = 25.0
-    last_step: float = 1e-15  # of Newton's method: slip at the first point is 1e-4 of the last
+    # Last step of Newton's method: slip at the first point is 1e-4 of that at the last
+    last_step: float = 1e-15
     iterations: int = 12
-    renewal_ratio: float = 0.1  # of two steps, above which derivatives are renewed
-    # Fraction of slow slip left out of a linearization before rest, which is singular, and first
-    # slip after rest: the effect is of second order
+    renewal_ratio: float = 0.1  # ratio of two steps above which derivatives are computed again
+    # Fraction of slow slip that a linearization leaves out before rest, where it is singular, and
+    # the first slip after rest: the effect is of second order
     linearized: float = 1e-9
 
 
@@ -145,9 +149,9 @@ def solve_for_states(
 ZERO = hy.expression(0.0)
 
 LOGARITHM, ANGLE = hy.expression("logarithm of slow slip"), hy.expression("angle of slow slip")
-"""Slip in the plane comes to rest in finite time. Its direction turns ever faster and tends to a
-limit, so the equations are singular there. Those of the logarithm of its speed in m/s and of its
-angle are regular in a time s with ``dt = |v| ds``."""
+"""Slip in the plane reaches zero in finite time. Its direction turns ever faster and tends to a
+limit, so the equations are singular there. The equations of the logarithm of its speed in m/s and
+of its angle are regular in a time s with ``dt = |v| ds``."""
 
 COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
 

@@ -459,13 +459,13 @@ STICK = Status.STICK
 
 
 def _goes_round(model: Model, state: Array, parts: Sequence[SmoothPhase], count: int) -> bool:
-    """Whether a round ends; if it continues from rest at a touch, whether it closes."""
+    """Whether a round is complete; one that continues from rest at a grazing must also close."""
     if not parts or parts[-1].end < count - 1e-9:  # an event may end it
         return False
     if not any(part.event is not None and part.event.ending is Ending.STIFF for part in parts):
         return True
     apart = wrap_angles(parts[-1].state - state, model.angle_periods) / model.state_scales()
-    return bool(np.abs(apart).max() < 1e-5)  # what is caught there misses by far
+    return bool(np.abs(apart).max() < 1e-5)  # a contact that is caught misses by far
 
 
 def _meet(spans: Sequence[tuple[float, float]], end: float) -> bool:

@@ -98,7 +98,7 @@ class SearchResult:
 
     model: Model
     attractors: tuple[Attractor, ...]
-    labels: NDArray[np.int64]  # of each start: number of an attractor, or what else it came to
+    labels: NDArray[np.int64]  # of each start: number of an attractor, or what else was reached
     ends: dict[str, int]  # how many trajectories ended early, by the kind of their end
     interrupted: bool
     known: tuple[AttractorRegion, ...] = ()  # the attractors with what lies near them

@@ -57,7 +57,7 @@ class SpectralLines(OneLine):
 class Spectrum(SpectralLines):
     """Single-sided spectra of all outputs over a whole number of forcing periods; frozen.
 
-    That of an angle which turns round is of what it does besides turning evenly.
+    The spectrum of a revolving angle is that of its difference from uniform rotation.
 
     Parameters
     ----------

@@ -27,11 +27,12 @@ from slipfold.orbits.shooting import SEGMENT_GROWTH, MeshShooting, Shooting, gro
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 MEETING = Rule(close=1e-9, longest=0.01, iterations=10)
-"""Stops that are marginal have converged after a step this short: the next is of its square."""
+"""A marginal stop has converged after a step this short: the next one is of the order of its
+square."""
 
 CONTINUING = Stepping(steps=Steps(smallest=1e-4, points=500))
-"""An orbit that has to creep does not arrive. Where a contact begins to stick, each orbit found by
-steps of 1e-6 takes tens of thousands of steps of the integrator, to no end."""
+"""Continuation with very short steps is given up. Where a contact begins to stick, steps of 1e-6
+would take tens of thousands of steps of the integrator each."""
 
 
 def hold_parameter(size: int) -> Array:

@@ -383,12 +383,12 @@ class Orbits(OrbitCurve):
         return self.by.stuck_fraction(self.nodes(z), self.constants(z))
 
     def grazing_margin(self, point: OrbitPoint) -> float | None:
-        """Return what vanishes where slip in the plane begins or ceases to touch zero, if any."""
+        """Return the distance from grazing of slip in the plane; None if no slip is slow."""
         assert isinstance(self.by, SwitchedShooting)
         return self.by.grazing_margin(self.nodes(point.z), self.constants(point.z))
 
     def piece(self, z: Array) -> Hashable:
-        """Return on which smooth piece of their curve orbits lie; None where there is one only."""
+        """Return the smooth piece of the curve that an orbit lies on; None if there is only one."""
         return self.by.piece(self.nodes(z), self.constants(z))
 
     def bounds(self, *spans: tuple[float, float]) -> list[tuple[int, float, float]]:

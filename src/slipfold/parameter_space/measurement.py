@@ -81,7 +81,7 @@ def read_off(extrema: Extrema, quantities: Sequence[Quantity]) -> Array:
 
 
 SWEEPS = ("up", "down", "")
-"""How the parameter came to a value; the last: not said."""
+"""How the parameter reached a value; empty if that is not known."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +105,7 @@ class Measurement(OneLine, ReadOnly):
     errors
         Standard deviations of the measurements, shape (m, q); NaN where they are not known.
     sweep
-        ``"up"``, ``"down"`` or ``""`` for each row: how the parameter came to its value.
+        ``"up"``, ``"down"`` or ``""`` for each row: how the parameter reached its value.
     stopped
         Why `slipfold.measure` took no more measurements: where the trajectory ended at a limit;
         None if it did not.

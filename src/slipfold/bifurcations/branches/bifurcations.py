@@ -74,10 +74,10 @@ class SeveralCritical(Found[OrbitPoint]):
 
 
 class Bifurcations(Zeros[OrbitPoint]):
-    """Records the bifurcations of a branch, none missed, none invented.
+    """The monitor that records the bifurcations of a branch.
 
-    It ends the branch where it leaves the span to turn back outside, and where it comes to the
-    branch point it began at.
+    It ends the branch where the branch leaves the span and turns back outside, and where it returns
+    to the branch point at which it began.
     """
 
     def __init__(self, orbits: Orbits, span: tuple[float, float]) -> None:
@@ -86,10 +86,10 @@ class Bifurcations(Zeros[OrbitPoint]):
         self._span = span
 
     def values(self, point: OrbitPoint) -> Array:
-        """Return the functions at a point; what rounding leaves of a level tangent is zero.
+        """Return the functions at a point, with zero for a tangent component that is rounding.
 
-        Through a canard explosion the parameter stands, and the sign of its change is that of
-        rounding: between any two points it may seem to touch zero.
+        In a canard explosion the parameter is constant to all digits. The sign of its change is
+        then that of a rounding error and may differ between any two points.
         """
         values = point.values
         if abs(point.tests["LP"]) <= BIFURCATION.noise:
@@ -150,9 +150,9 @@ class Bifurcations(Zeros[OrbitPoint]):
     def _repeated(
         self, found: list[Found], interval: StepInterval[OrbitPoint]
     ) -> MonitorResult[OrbitPoint] | None:
-        """Return where the branch comes to two special points again that it has passed already.
+        """Return where the branch passes two special points again.
 
-        A smooth curve does so only if it passes its first point as well.
+        A smooth curve does so only if it is closed.
         """
         passed = [*interval.traced.found, *found]
         for place, item in enumerate(found):

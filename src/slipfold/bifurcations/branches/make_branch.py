@@ -283,14 +283,14 @@ def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:
 
 
 Report = Callable[[FollowedCurve[OrbitPoint], Found, int], None]
-"""Called with what is described next, the curve that it is on, and how many are done."""
+"""Called with the curve, the special point that is described next, and how many are done."""
 
 ReportOrbits = Callable[[FollowedCurve[OrbitPoint], int], None]
-"""Called with the curve whose states are found, and of how many of its points they are."""
+"""Called with a curve and the number of its points whose states are computed."""
 
 
 def _unwatched(followed: FollowedCurve[OrbitPoint], done: int) -> None:
-    """Continue: nobody watches, or what came before was interrupted."""
+    """Do nothing: there is no observer, or an earlier step was interrupted."""
 
 
 def assemble(
@@ -448,7 +448,7 @@ def _solved_for(points: Sequence[OrbitPoint]) -> bool:
 def _evenly_until_interrupted(
     points: Sequence[OrbitPoint], report_orbits: Callable[[int], None]
 ) -> tuple[NDArray[np.float64], bool]:
-    """Return the states of the first points, of one at least, and whether nobody stopped that."""
+    """Return the states of the points, at least of the first, and whether they are all."""
     nodes, whole, slow = [], True, _solved_for(points)
     try:
         for states in _each_evenly(points):

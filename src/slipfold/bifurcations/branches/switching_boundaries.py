@@ -158,13 +158,13 @@ class SwitchingBoundaries:
         return MonitorResult(stop=Stop(last, End("failed", CAUGHT, self._orbits.place(last.z))))
 
     def _left(self, point: OrbitPoint) -> float | None:
-        """Return what is left of slip, or of a stop, that vanishes; None where none is slow."""
+        """Return the margin of slip, or of a stop, before it vanishes; None if no slip is slow."""
         orbits = point.curve.orbits
         assert isinstance(orbits, Orbits)
         return orbits.grazing_margin(point)
 
     def _grazing(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
-        """Return where slip in the plane begins or ceases to touch zero, if that is near."""
+        """Return where slip in the plane begins or ceases to graze, if that is near."""
         orbits, before, after = self._orbits, interval.before, interval.point
         if not isinstance(orbits, Orbits) or not self._slips_in_planes:
             return None

@@ -89,7 +89,7 @@ def slips_in_planes(model: Model) -> bool:
 
 
 def ends_in_stick(branch: Branch, row: int = -1) -> bool:
-    """Whether a branch in slip ends, or begins, where a contact comes to stick or to open."""
+    """Whether a branch in slip ends, or begins, where a contact begins to stick or opens."""
     slips = branch.kind == "periodic" and branch.stuck_fraction is None
     if not slips or branch.ends[row].kind != "limit" or not len(branch):
         return False
@@ -202,7 +202,7 @@ class FanLine:
     value: float
     branches: tuple[Branch, ...]  # the response; empty if there is none
     failure: str = ""  # why there is none
-    sticking: tuple[Branch, ...] = ()  # the same followed on through stick, where it comes to it
+    sticking: tuple[Branch, ...] = ()  # the response continued through stick, if it sticks
 
     @property
     def interrupted(self) -> bool:
@@ -215,7 +215,7 @@ def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
     done = 0
     for count, (fixed, vary) in zip(counts, (plane.names, plane.names[::-1]), strict=True):
         across = plane.span(fixed)
-        # Lines at the edges of the window meet what only touches it.
+        # Lines at the edges of the window meet loci that are tangent to them.
         for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
 
             def report(

@@ -195,7 +195,7 @@ def follow_found(
     """Follow the loci of special points, each before the next point is requested.
 
     A branch point whose branches cross in one parameter only is a point of a locus of folds. Loci
-    in slip may end where contacts begin to stick, or go on through stick.
+    in slip end where contacts begin to stick, or continue through stick.
     """
     work: _Loci | None = None
     refusals: list[InputError] = []

@@ -160,9 +160,9 @@ def changes_in_stick(line: FanLine) -> Iterator[float]:
 
 
 def unfinished(plane: Plane, line: FanLine, loci: Sequence[Locus]) -> Iterator[str]:
-    """Say of responses through stick that were given up inside the window where and why.
+    """Yield where and why responses through stick were given up inside the window.
 
-    Not of those that end on a locus: what goes on beyond begins there.
+    Those that end on a locus are left out: other responses begin there.
     """
     low, high = np.transpose(plane.window)
     for branch in line.sticking:
@@ -217,7 +217,7 @@ class Settled(NamedTuple):
 
     @property
     def stops(self) -> bool:
-        """Whether slip comes to zero."""
+        """Whether slip reaches zero."""
         return not np.isnan(self.fraction)
 
     @property

@@ -14,7 +14,7 @@ from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 @dataclass(frozen=True, repr=False)
 class RegionCheck(OneLine):
-    """A simulation at one place of a region, held against its label.
+    """A simulation at one place of a region, compared with its label.
 
     Parameters
     ----------
@@ -105,14 +105,14 @@ class Region(OneLine):
     checks
         Simulations; one of its `motions` is among them where these contradict its label.
     sticking
-        Periods of those of its stable responses whose contacts stop on the way round, as motions
-        show; empty if none does.
+        Periods of its stable responses in which contacts stop, as simulations show; empty if there
+        are none.
     stuck
-        Least and largest fraction of the time in which contacts of those stick, at the places where
-        motions were looked at; zero where they turn round without stick.
+        Smallest and largest fraction of the time in which contacts of these responses stick, over
+        the simulations; zero where they reverse without sticking.
     motions
-        What motions do in it, where none of its responses of period 1 and 2 is known to be stable
-        and that was requested.
+        Regimes of simulations in the region, where no response of period 1 or 2 is known to be
+        stable and regimes were requested.
     """
 
     id: int
@@ -152,13 +152,13 @@ class Region(OneLine):
 
     @property
     def regimes(self) -> dict[str, float]:
-        """Fraction of the motions that do the same, by its name, the most frequent first."""
+        """Fraction of the simulations in each regime, by its name, the most frequent first."""
         counts = Counter(motion.name for motion in self.motions)
         return {name: count / len(self.motions) for name, count in counts.most_common()}
 
     @property
     def regimes_text(self) -> str:
-        """What motions do in it, in words."""
+        """The regimes in words."""
         return ", ".join(
             f"{name} {fraction:.0%}" if fraction >= 0.01 else f"{name} < 1%"
             for name, fraction in self.regimes.items()
@@ -186,7 +186,7 @@ class Region(OneLine):
 
     @property
     def _stops(self) -> str:
-        """What contacts do that stop: where static friction cannot hold they turn round."""
+        """What stopping contacts do: stick, or reverse where static friction cannot hold them."""
         least, most = self.stuck
         return "sticks" if least > 0 else "reverses or sticks" if most > 0 else "reverses"
 

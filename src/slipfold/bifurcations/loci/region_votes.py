@@ -242,12 +242,12 @@ def check_region(
     *,
     may_stick: bool = False,
 ) -> tuple[RegionCheck, ...]:
-    """Simulate from rest, from beside each stable orbit and from states far off, well inside.
+    """Simulate well inside a region: from rest, from near each stable orbit, from distant states.
 
     Shapes: orbits (m, n_states); states (k, n_states).
     """
     at = plane.at(region.place)
-    # Where contacts stick, motions from rest go on through that, and are looked at as such.
+    # Where contacts may stick, trajectories from rest are simulated through stick elsewhere.
     checks = [] if may_stick else [_from_rest(at, region)]
     for period in sorted(set(region.slipping)):
         found = orbits.get(period, ())

@@ -377,7 +377,7 @@ class EndsAtParent:
         self._meets = MeetsImage(curve, partial(_at_parent, curve))
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the end, if an orbit is near its parent, or the locus goes on as its own copy."""
+        """Return the end if an orbit is near its parent or the locus continues as its image."""
         if interval.leaves:
             return MonitorResult()
         orbits = self._curve.orbits
@@ -533,7 +533,7 @@ def _grazing(
 ) -> tuple[MarginalShooting, Array]:
     """Return what passes the grazing of an orbit, and the orbit, or one with a little slip left.
 
-    In the plane nothing can be integrated where slip vanishes, so the first parameter gives way.
+    In the plane the equations are singular where slip vanishes, so the first parameter is moved.
     """
     for fraction in GIVING_WAY:
         near = z.copy()
@@ -541,7 +541,7 @@ def _grazing(
         by = MarginalShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
         if by is not None:
             return by, near
-    raise InputError(f"the orbit at this {kind} touches nothing; compute it again")
+    raise InputError(f"the orbit at this {kind} grazes nothing; compute it again")
 
 
 def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:

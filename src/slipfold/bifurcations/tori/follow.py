@@ -115,7 +115,7 @@ class _Special(Zeros[CirclePoint]):
 
 
 def _end_at(found: Found[CirclePoint]) -> End | None:
-    """Return why tori end at what was found, None if they go on."""
+    """Return why tori end at a located point; None if they continue."""
     place = found.point.curve.place(found.point.z)
     if found.type == "size":
         return End("bifurcation", SHRINKS, place)

@@ -110,15 +110,15 @@ class _LockedOrbits:
 
 
 BEYOND = (1.0, 2.0, 0.5)
-"""Times of that distance on the other side where a circle is looked for."""
+"""Multiples of that distance at which a circle is searched on the other side."""
 
 
 def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoint] | None:
     """Return a circle on the other side of the resonance at which tori ended.
 
-    Towards it the states crowd where the locked orbits will be, and harmonics grow; before that the
-    circle knows nothing of it, and is continued by the rotation number, across. A strong one may be
-    passed like this where nothing happens but that the angles of the circle on it are free.
+    Near the resonance the states accumulate where the locked orbits will be, and harmonics grow. An
+    earlier circle is not affected yet, and is extrapolated across by the rotation number. In the
+    same way a strong resonance may be passed at which only the angles on the circle are free.
     """
     if traced.end is None or traced.end.kind not in ("broken", "failed", "resonance"):
         return None

@@ -106,7 +106,7 @@ def repeated(
 
 
 def _smallest(trajectory: Trajectory) -> list[Check]:
-    """Integrate again where least is left of what nothing feeds, and compare relative to it."""
+    """Integrate again where states of an invariant zero subspace are smallest, relative to them."""
     scaled = np.abs(trajectory.states[:-1] / trajectory.model.state_scales())
     if not ((scaled > 0) & (scaled < CHECKS.coarse)).any():
         return []
@@ -120,9 +120,7 @@ def _smallest(trajectory: Trajectory) -> list[Check]:
         right = trajectory.states[place + 1, group]
         difference = float(np.abs(end - right).max() / np.abs(right).max())
         names = " and ".join(trajectory.model.states[i].name for i in group)
-        name = (
-            f"{names} from {place * trajectory.forcing_period:.6g} s on, where least is left of it,"
-        )
+        name = f"{names} from {place * trajectory.forcing_period:.6g} s on, where it is smallest,"
         difference = difference if np.isfinite(difference) else np.inf
         checks.append(Check(name, RELATIVE_TO_ITSELF, difference, CHECKS.states))
     return checks
