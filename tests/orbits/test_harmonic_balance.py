@@ -11,11 +11,11 @@ from slipfold.models.registry import model_named
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 
-def chain(size, law, speed=0.0):
+def chain(size, law, speed=0.0, damping=0.001):
     stiffness = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
     return sf.Structure(
         np.eye(size),
-        sf.ProportionalDamping(0.1, 0.001),
+        sf.ProportionalDamping(0.1, damping),
         stiffness,
         elements=sf.CubicSpring(f"q{size}", k3=10.0),
         contacts=sf.FrictionContact(f"q{size}", law, load=2.0, Vd=speed),
@@ -37,6 +37,7 @@ def creeping(rise):
         (model_named("lure", a=0.7), 1),
         (model_named("roessler", a=0.1, c=4), 1),
         (chain(10, creeping(0.03)), 1),
+        (chain(6, creeping(0.3), damping=0.1), 1),  # most multipliers are nearly zero
         (chain(3, sf.Jenkins()), 1),
         (chain(3, sf.LuGre(), speed=1.0), 1),
     ],

@@ -31,7 +31,7 @@ class BalanceSettings:
     rank: float = 1e-12  # singular value, over the largest, of forces that do not vary
     sweeps: int = 8  # over the multipliers; from values right to 1e-8 the second changes nothing
     certain: float = 1e-4  # step of a multiplier's logarithm at which its harmonics are the right
-    together: float = 1e-4  # distance of multipliers that count as one: there are 1e-8 digits left
+    together: float = 1e-4  # relative distance of multipliers that count as one: half the digits
     ring: float = 1e-2  # relative radius of a circle about those, and points on it: at one tenth
     points: int = 8  # of it their own distances are seen to 1e-8, at ten times it others not
     regular: float = 1e6  # condition of the eigenvectors beyond which matrices are solved instead
@@ -379,7 +379,7 @@ def _multipliers(equations: _Equations, given: Complex, negligible: float) -> Co
             largest = 0.0
             for i in wanted:
                 pair = found == found[i].conj()
-                near = np.abs(given - given[i]) < BALANCE.together
+                near = np.abs(given - given[i]) < BALANCE.together * abs(given[i])
                 if near.sum() > 1:
                     step = _mean_step(equations, exponents, found, near)
                 else:
