@@ -83,6 +83,15 @@ ENSEMBLE: Contenders = {"slipfold": ("ensemble.py", "--repeat", "1")}
 
 SIZE: Contenders = {"slipfold": ("size.py", "--repeat", "3")}
 
+STRUCTURES: Contenders = {
+    "slipfold": ("ours_structures.py", "--repeat", "3"),
+    "harmonic balance": ("peers/balance_structures.py", "--repeat", "1"),
+    "harmonic balance, fine": (
+        "peers/balance_structures.py", "--repeat", "1", "--settings", "fine"
+    ),
+    "pyHarm": ("peers/pyharm_structures.py", "--repeat", "1"),
+}  # fmt: skip
+
 STUDY = "many_cases/measure.py"
 
 AFTER_THE_HOPF: Contenders = {"slipfold": ("many_cases/after_the_hopf.py", "--repeat", "1")}

@@ -18,6 +18,7 @@ from sections import (
     locus,
     size,
     stick,
+    structures,
     study,
     systems,
     threshold_map,
@@ -172,6 +173,7 @@ def parts_of(measured: Measured) -> list[tuple[Any, Any]]:
         (ensemble, measured.ours("ensemble")),
         (study, measured.ours("study")),
         (size, measured.ours("size")),
+        (structures, measured.of("structures")),
         (systems, measured.several(SYSTEMS)),
         (cycles, measured.several(CYCLES)),
         (stick, measured.of("stick")),
@@ -259,7 +261,7 @@ def response_brief(measured: Measured) -> list[str]:
     ]
 
 
-BESIDES = (threshold_map, ensemble, study, stick, batch, after_the_hopf, size, latency)
+BESIDES = (threshold_map, ensemble, study, stick, batch, after_the_hopf, size, structures, latency)
 """What has a row or two in the last table of docs/reference/benchmarks.md."""
 
 

@@ -43,12 +43,13 @@ GROUPS: dict[str, contenders.Contenders] = {
     "batch": contenders.BATCH,
     **contenders.CYCLES,
     "size": contenders.SIZE,
+    "structures": contenders.STRUCTURES,
     "after-the-hopf": contenders.AFTER_THE_HOPF,
     "latency": contenders.LATENCY,
 }
 """Parts in which programs take turns."""
 
-COMPILED_ANEW = ("thresholds", "size")
+COMPILED_ANEW = ("thresholds", "size", "structures")
 """Parts that begin with an empty cache, so that compiling is seen."""
 
 PARTS = (*GROUPS, "study", "commands", "paper")

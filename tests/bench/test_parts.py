@@ -58,6 +58,7 @@ SMALLEST = {
     "ensemble": ("ensemble.py", "--repeat", "1", "--cases", "2"),
     "study": ("many_cases/measure.py", "--cases", "2", "--largest", "10"),
     "size": ("size.py", "--repeat", "1"),
+    "structures": ("ours_structures.py", "--repeat", "1"),
     "stick": ("peers/slipfold_stick.py", "--repeat", "1"),
     "batch": ("peers/slipfold_batch.py", "--repeat", "1"),
     "after-the-hopf": ("many_cases/after_the_hopf.py", "--repeat", "1", "--points", "4"),
