@@ -66,6 +66,15 @@ LATER_NAMES: dict[str, str] = {
 }
 """Names of variables and dimensions in files of before, and what they are called now."""
 
+LATER_TEXTS = {
+    "born at": "emanates at",
+    "born": "bifurcation",
+    "birth": "bifurcation",
+    "turns or sticks": "reverses or sticks",
+    ", turns": ", reverses",
+}
+"""Words in texts of before, and what is said now; applied in this order."""
+
 NOT_COMPARED = (
     *("computed", "seconds", "checked", "settings", "title", "output_long_name"),
     *("slipfold_version", "heyoka_version", "numpy_version", "python_version"),
@@ -404,6 +413,8 @@ def compare_variables(name: str, old: xr.Dataset, new: xr.Dataset, found: Differ
 
 def same_text(before: str, after: str) -> bool:
     """Whether two texts agree, numbers in them to rounding."""
+    for old, new in LATER_TEXTS.items():
+        before = before.replace(old, new)
     if before == after:
         return True
     numbers = [np.array(NUMBER.findall(text), float) for text in (before, after)]
@@ -419,6 +430,7 @@ def same_attribute(before: Any, after: Any) -> bool:
         except ValueError:
             return same_text(before, after)
     if isinstance(before, dict) and isinstance(after, dict):
+        before = {LATER_NAMES.get(key, key): value for key, value in before.items()}
         return before.keys() == after.keys() and all(
             key in NOT_COMPARED or same_attribute(before[key], after[key]) for key in before
         )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.orbits.linearization import MANY, Linearization
-from slipfold.orbits.test_functions import Degeneracy, floquet_multipliers
+from slipfold.orbits.test_functions import ORBIT_TESTS, Degeneracy, floquet_multipliers
 
 
 def growth_bound(blocks: NDArray[np.float64]) -> float:
@@ -198,7 +198,7 @@ def _mean_near(value: complex, values: Complex) -> complex:
 class Multipliers:
     """The Floquet multipliers of a forced orbit: the eigenvalues of its monodromy matrix."""
 
-    tests: tuple[str, ...] = ("PD", "fold", "NS")
+    tests: tuple[str, ...] = ORBIT_TESTS
     """Test functions along a branch, as `slipfold.orbits.test_functions` names them."""
 
     of_product = True

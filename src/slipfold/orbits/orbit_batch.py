@@ -25,9 +25,9 @@ from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import far_above, many_margins
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
-from slipfold.orbits.test_functions import evaluate_each, floquet_multipliers
+from slipfold.orbits.test_functions import ORBIT_TESTS, evaluate_each, floquet_multipliers
 
-TESTS = ("PD", "fold", "NS", "LP")
+TESTS = (*ORBIT_TESTS, "LP")
 """Test functions of an orbit, in their order; the last is the tangent along the parameter."""
 
 ITERATIONS = 6

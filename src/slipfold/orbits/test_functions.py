@@ -45,13 +45,16 @@ def match_multipliers(
     return result
 
 
+ORBIT_TESTS = ("PD", "fold", "NS")
+"""The test functions of `PRODUCTS` that are monitored along branches of periodic orbits."""
+
 SHRUNK = 0.25
 """A product of factors 1 - p is compared with that of 1 - SHRUNK p. Nearer to one, functions turn
 less where multipliers far inside the circle do, but give less warning before one is on it."""
 
 
 def evaluate_tests(
-    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ("PD", "fold", "NS")
+    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ORBIT_TESTS
 ) -> dict[str, float]:
     r"""Evaluate the test functions of period doubling, folds and tori.
 
@@ -74,7 +77,7 @@ def evaluate_tests(
 
 
 def evaluate_each(
-    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ("PD", "fold", "NS")
+    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ORBIT_TESTS
 ) -> Array:
     """Evaluate the test functions of several orbits.
 
