@@ -40,11 +40,15 @@ class NewtonRules:
     # so that it would meet any equations
     farthest: float = rounding / np.finfo(float).eps
     chord_steps: int = 8
+    # Points before a guess whose derivatives are extrapolated to it: with three there are a ninth
+    # more chord steps, with six as many as with five
+    known: int = 5
 
 
 NEWTON = NewtonRules()
 
 
+DIVERGED = "Newton's method diverged"
 SINGULAR = "the equations met a singularity of the model"
 TOO_SHARP = "the curve turns too sharply"
 
@@ -150,14 +154,18 @@ def correct(
             not moved < max(NEWTON.growth * previous, NEWTON.rounding)
             or length_of(z) > NEWTON.farthest
         ):
-            failure = "Newton's method diverged"
+            failure = DIVERGED
             break
         if moved > reach:
             failure = TOO_SHARP
             break
         z, left = z + step, np.inf
         if moved < NEWTON.chord:
+            longest = max(NEWTON.growth * moved, NEWTON.rounding)
             z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
+            if not left < longest:
+                moved, failure = left, DIVERGED if isfinite(left) else SINGULAR
+                break
     return Correction(
         z,
         linearization,

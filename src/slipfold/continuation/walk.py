@@ -20,7 +20,7 @@ from slipfold.continuation.interpolation import (
     lagrange_each,
     lengths_of,
 )
-from slipfold.continuation.newton import TOO_SHARP, correct
+from slipfold.continuation.newton import NEWTON, TOO_SHARP, correct
 from slipfold.continuation.search import contraction_drift
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
@@ -383,21 +383,15 @@ class _OneCurve(FrontEquations, Generic[P]):
         bounds: Sequence[Bound],
         settings: Stepping,
     ) -> None:
-        self.recent = list(start)[-POINTS:]
+        self.recent = list(start)[-NEWTON.known :]
         self.noise = curve.noise
         self._curve, self._settings = curve, settings
         self._reason = TOO_SHARP
         self._corrected: P | None = None
-        self.front = Front(
-            self,
-            np.array([[point.z for point in self.recent]]),
-            np.array([[point.tangent for point in self.recent]]),
-            np.array([[point.values for point in self.recent]]),
-            np.array([[point.arclength for point in self.recent]]),
-            np.array([step]),
-            bounds,
-            settings,
-        )
+        names = ("z", "tangent", "values", "arclength")
+        last = self.recent[-POINTS:]
+        z, *rest = (np.array([[getattr(point, name) for point in last]]) for name in names)
+        self.front = Front(self, z, rest[0], rest[1], rest[2], np.array([step]), bounds, settings)
 
     def next_point(self) -> P | Failure:
         """Take a step, shortening it until it is accepted."""
@@ -407,7 +401,7 @@ class _OneCurve(FrontEquations, Generic[P]):
             trial = front.take(ONLY)
             if trial.fits[0]:
                 front.accept(trial, ONLY)
-                self.recent = [*self.recent, trial.result.point][-POINTS:]
+                self.recent = [*self.recent, trial.result.point][-NEWTON.known :]
                 return self.recent[-1]
         return Failure("failed", f"the step fell below {smallest:g}: {self._reason}")
 
@@ -446,10 +440,10 @@ class _OneCurve(FrontEquations, Generic[P]):
 
     def extrapolated(self, row: int, weights: Array) -> Array | None:
         """Return test functions from extrapolated derivatives, shape (f,); None where unknown."""
-        found = self._curve.extrapolated(self.recent, weights)
+        found = self._curve.extrapolated(self.recent[-weights.shape[1] :], weights)
         return None if found is None else found[0]
 
     def contraction_drift(self, row: int) -> float:
         """Return the error of the bound of multipliers, infinite where it excludes no zeros."""
         assert self._corrected is not None
-        return contraction_drift(self.recent, self._corrected)
+        return contraction_drift(self.recent[-POINTS:], self._corrected)

@@ -53,6 +53,7 @@ BUDGET = StepBudget()
 
 STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT, ARRIVED = int(STOPPED), int(hy.taylor_outcome.time_limit)
+ALL_ARRIVED = np.ones(LANES, dtype=bool)
 
 
 class Rest(Protocol):
@@ -74,9 +75,12 @@ def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
     while True:
         before = batch.time.copy()
         batch.propagate_until(ends, max_steps=BUDGET.call)
+        outcomes = _outcomes(batch)
+        if outcomes.count(hy.taylor_outcome.time_limit) == LANES:
+            return ALL_ARRIVED
         # The times are sums of steps with rounding errors.
         arrived = np.abs(batch.time - ends) <= 4 * np.finfo(float).eps * (1 + np.abs(ends))
-        if arrived.all() or STOPPED not in _outcomes(batch):
+        if arrived.all() or STOPPED not in outcomes:
             return arrived
         taken += BUDGET.call
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
@@ -196,7 +200,7 @@ def propagated(batch: Any, end: Array) -> Array:
     """
     arrived, count = arrive(batch, padded(end)), len(end)
     rows = batch.state.T[:count].copy()
-    if not arrived.all():
+    if arrived is not ALL_ARRIVED:
         rows[~arrived[:count]] = np.nan
     return np.asarray(rows)
 
