@@ -46,6 +46,7 @@ class ModalMesh:
     wasteful: float = 2.0  # the same, from which a mesh is made coarser
     most: int = 40  # intervals a segment; beyond, errors are what they are
     finer: float = 1.3  # intervals of a second mesh over those of the first
+    attempts: int = 4  # meshes until one fits an orbit: each finds what the last was too coarse for
     # Perturbations of forces by fast modes are polynomials as well
     turn: float = 10.0  # radians of a mode in an interval: its multiplier is right to 1e-7
     gone: float = 0.03  # what is left of a mode after a period that needs not be resolved
@@ -85,6 +86,22 @@ class ModalShooting(MeshDiscretization, Shooting):
         super().__init__(model, free, period, edges=mesh[:: (len(mesh) - 1) // segments])
         self._latest: ModalSegments | None = None
         self._intervals: ForcedIntervals | None = None
+
+    @classmethod
+    def fitted(
+        cls, model: Model, nodes: Array, constants: Constants, period: int
+    ) -> tuple[Self, Array]:
+        """Return modal shooting over a mesh that fits an orbit, and the orbit's nodes there.
+
+        Shapes: nodes (m, n), at equidistant phases.
+        """
+        by = cls(model, {model.parameters[0].name: 1.0}, period, len(nodes))
+        for _ in range(MESH.attempts):
+            better = by.better(nodes, constants)
+            if better is None:
+                break
+            by, nodes = better, better.taken(by, nodes, constants)
+        return by, nodes
 
     @property
     def mesh(self) -> Array:

@@ -12,6 +12,8 @@ from slipfold.flow.equations import power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.continued import by_mesh_shooting
+from slipfold.orbits.modal_shooting import ModalShooting, shooting_for
+from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers, match_multipliers
 
@@ -98,6 +100,9 @@ def multiplier_uncertainty(
     Shapes: parameters (n_orbits, n_parameters); nodes (n_orbits, m, n_states); multipliers
     (n_orbits, n_states); returns (n_orbits, n_states).
     """
+    if shooting_for(model) is ModalShooting:
+        again = [_by_modes(model, *given, period) for given in zip(parameters, nodes, strict=True)]
+        return _changes(multipliers, np.array(again))
     flow, scales = flow_of(model), model.state_scales()
     constants = flow.constants(parameters, power_of_two(scales))
     # The same segment of all orbits in one batch: lanes take about as many steps each.
@@ -111,7 +116,23 @@ def multiplier_uncertainty(
     monodromies = blocks[0]
     for block in blocks[1:]:
         monodromies = block @ monodromies
-    result = np.full((len(nodes), nodes.shape[2]), np.inf)
+    return _changes(multipliers, monodromies)
+
+
+def _by_modes(model: Model, parameters: Array, nodes: Array, period: int) -> Array:
+    """Return the monodromy matrix of an orbit by modal shooting, over a mesh of its own.
+
+    Shapes: parameters (n_p,); nodes (m, n); returns (n, n).
+    """
+    n, constants = nodes.shape[1], flow_of(model).constants(parameters)
+    by, nodes = ModalShooting.fitted(model, nodes, constants, period)
+    other, nodes, _ = by.shifted(nodes, constants, np.zeros((len(nodes), n)), np.zeros(1))
+    return product(other.transitions(nodes, constants)[1])
+
+
+def _changes(multipliers: NDArray[np.complex128], monodromies: Array) -> Array:
+    """Return how multipliers differ from those of other matrices. Shapes: (k, n), (k, n, n)."""
+    result = np.full(multipliers.shape, np.inf)
     for row in np.flatnonzero(np.isfinite(monodromies).all(axis=(1, 2))):
         others = floquet_multipliers(monodromies[row])
         result[row] = multiplier_change(multipliers[row], others, monodromies[row])
