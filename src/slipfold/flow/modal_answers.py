@@ -29,6 +29,9 @@ class SeriesRule:
 
 SERIES = SeriesRule()
 
+Some = NDArray[np.inexact]
+"""Real numbers; complex ones where derivatives by dampings are taken."""
+
 
 @dataclass(frozen=True, eq=False)
 class Moments:
@@ -38,10 +41,10 @@ class Moments:
     """
 
     places: Array  # shape (s + 1,)
-    # Of powers of the time left: int_0^c (c - t)^p l_k(t) dt, shape (powers, (s + 1) s)
+    # Of powers of the time left: int_0^c (c - t)^p l_k(t) dt, shape (powers, s + 1, s)
     powers: Array
     begun: Array  # derivatives 0 to s - 1 at the beginning, shape (s, s)
-    reached: Array  # the same at the places, shape (s, (s + 1) s)
+    reached: Array  # the same at the places, shape (s, s + 1, s)
     slopes: Array  # first derivatives at the points, shape (s, s)
 
     @staticmethod
@@ -61,11 +64,8 @@ class Moments:
             for k, column in enumerate(points.transform.T):
                 derived = legendre.legder(column, order) * 2.0**order if order else column
                 found[order, :, k] = legendre.legval(2 * np.append(0.0, places) - 1, derived)
-        reached = found[:, 1:].reshape(s, -1)
         slopes = found[1, 1:-1] if s > 1 else np.zeros((s, s))
-        return Moments(
-            places, moments.reshape(SERIES.powers, -1), found[:, 0].copy(), reached, slopes
-        )
+        return Moments(places, moments, found[:, 0].copy(), found[:, 1:].copy(), slopes)
 
 
 class ModalAnswers:
@@ -79,7 +79,7 @@ class ModalAnswers:
         points: CollocationPoints,
         lengths: Array,
         squares: Array,
-        dampings: NDArray[np.inexact],
+        dampings: Some,
     ) -> None:
         self.points, self.moments = points, Moments.of(points)
         self.lengths, self.squares = lengths, squares
@@ -89,7 +89,7 @@ class ModalAnswers:
         self._dampings = dampings
 
     @cached_property
-    def _free(self) -> tuple[NDArray[np.inexact], NDArray[np.inexact]]:
+    def _free(self) -> tuple[Some, Some]:
         r"""Answers to a unit impulse at the places, and their rates, shape (m, r, s + 1).
 
         They are :math:`e^{-dt/2} \sin(\nu t)/\nu` and its derivative, with the hyperbolic sine for
@@ -116,7 +116,7 @@ class ModalAnswers:
         return answer, decay * even - half * answer
 
     @cached_property
-    def transitions(self) -> tuple[NDArray[np.inexact], ...]:
+    def transitions(self) -> tuple[Some, ...]:
         """Displacement by displacement and rate, rate by both, at the places, (m, r, s + 1)."""
         impulse, rate = self._free
         h = self.lengths[:, None, None]
@@ -128,83 +128,195 @@ class ModalAnswers:
         )
 
     @cached_property
-    def forced(self) -> tuple[NDArray[np.inexact], NDArray[np.inexact]]:
-        """Displacements and rates at the places, to forces at the points: (m, r, s + 1, s)."""
-        s = len(self.points.points)
-        theta, delta = self._stiffness, self._damping
-        half = delta.real / 2
+    def forced(self) -> tuple[Some, Some]:
+        """Displacements and rates at the ends, to forces at the points, each (m, r, s)."""
+        shape = (*self._stiffness.shape, len(self.points.points))
+        moved, moving = (np.zeros(shape, dtype=self._damping.dtype) for _ in range(2))
+        for part in self._parts:
+            some = part.modes
+            for result, ends in zip((moved, moving), part.ends(), strict=True):
+                result[:, some] += ends * part.mask[..., None]
+        h = self.lengths[:, None, None]
+        return moved * h**2, moving * h
+
+    def motions(self, by_displacement: Array, by_rate: Array) -> Some:
+        """Return weighted sums over the modes of the same at the points, (m, c, s, s).
+
+        Only sums are formed of what there is of each mode at each point. Shapes: weights (c, r).
+        """
+        m, s = len(self.lengths), len(self.points.points)
+        h = self.lengths[:, None, None]
+        result = np.zeros((m, len(by_rate), s, s), dtype=self._damping.dtype)
+        for part in self._parts:
+            weights = (
+                part.mask[:, None] * (h**2 * by_displacement[:, part.modes]),
+                part.mask[:, None] * (h * by_rate[:, part.modes]),
+            )
+            result += part.sums(*weights)
+        return result
+
+    @cached_property
+    def _parts(self) -> list[_Near | _Far | _Split]:
+        """The modes by what gives their integrals, which may differ between intervals."""
+        theta, half = self._stiffness, self._damping.real / 2
         nu = np.sqrt(np.abs(theta - half**2))
         over = theta < half**2
-        slow = np.where(over, theta / np.maximum(half + nu, 1e-300), np.sqrt(theta))
-        fast = np.where(over, half + nu, np.sqrt(theta))
-        near, far = fast <= SERIES.far, slow > SERIES.apart
-        shape = (*theta.shape, s + 1, s)
-        moved = np.empty(shape, dtype=delta.dtype), np.empty(shape, dtype=delta.dtype)
-        for some, series in ((near, self._near), (~near & far, self._far)):
-            if some.any():
-                for result, part in zip(moved, series(some), strict=True):
-                    result[some] = part.reshape(-1, s + 1, s)
-        if (mixed := ~near & ~far).any():
-            for result, part in zip(moved, self._split(mixed), strict=True):
-                result[mixed] = part.reshape(-1, s + 1, s)
-        h = self.lengths[:, None, None, None]
-        return moved[0] * h**2, moved[1] * h
+        vibration = np.sqrt(theta)
+        slow = np.where(over, theta / np.maximum(half + nu, 1e-300), vibration)
+        fast = np.where(over, half + nu, vibration)
+        near = fast <= SERIES.far
+        far = ~near & (slow > SERIES.apart)
+        kinds = ((_Near, near), (_Far, far), (_Split, ~near & ~far))
+        found = []
+        for kind, mask in kinds:
+            modes = np.flatnonzero(mask.any(axis=0))
+            if len(modes):
+                found.append(kind(self, modes, mask[:, modes]))
+        return found
 
-    def _near(self, some: NDArray[np.bool_]) -> tuple[NDArray[np.inexact], NDArray[np.inexact]]:
-        """Powers of the exponent: the answer to an impulse as a series in time."""
-        theta, delta = self._stiffness[some], self._damping[some]
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Integrals of some modes on those intervals where one series serves.
+
+    `mask`, shape (m, q), says where it does; elsewhere numbers are finite, and mean nothing.
+    """
+
+    answers: ModalAnswers
+    modes: NDArray[np.intp]  # shape (q,)
+    mask: NDArray[np.bool_]
+
+    @property
+    def stiffness(self) -> Array:
+        """Squares of frequencies with an interval as the unit of time, shape (m, q)."""
+        return np.where(self.mask, self.answers._stiffness[:, self.modes], self._harmless[0])
+
+    @property
+    def damping(self) -> Some:
+        """Dampings with an interval as the unit of time, shape (m, q)."""
+        return np.where(self.mask, self.answers._damping[:, self.modes], self._harmless[1])
+
+    _harmless = 0.0, 0.0
+    """Stiffness and damping where another series serves."""
+
+
+class _Near(_Part):
+    """Powers of the exponent: the answer to an impulse as a series in time."""
+
+    @cached_property
+    def _series(self) -> tuple[Some, Some]:
+        """Coefficients of answers and their rates, shape (powers, m, q)."""
+        theta, delta = self.stiffness, self.damping
         largest = max(float(theta.max()) ** 0.5, float(np.abs(delta).max()))
         terms = np.cumprod(np.append(1.0, max(largest, 1e-3) / np.arange(1, SERIES.powers)))
         count = int((terms > SERIES.enough).sum())
-        series = np.zeros((count + 1, len(theta)), dtype=delta.dtype)
+        series = np.zeros((count + 1, *theta.shape), dtype=delta.dtype)
         series[1] = 1.0
         for p in range(1, count):
-            series[p + 1] = -(delta * series[p] + theta * series[p - 1] / p) / (p + 1)
-        moments = self.moments.powers[:count]
-        rates = series[1:] * np.arange(1, count + 1)[:, None]
-        return series[:count].T @ moments, rates.T @ moments
+            series[p + 1] = -(delta * series[p] + theta * (series[p - 1] / p)) / (p + 1)
+        return series[:count], series[1:] * np.arange(1, count + 1)[:, None, None]
 
-    def _far(self, some: NDArray[np.bool_]) -> tuple[NDArray[np.inexact], NDArray[np.inexact]]:
-        """Derivatives of the force over powers of the exponent: a polynomial, and what it leaves.
+    def ends(self) -> list[Some]:
+        """Displacements and rates at the ends, each (m, q, s)."""
+        moments = self.answers.moments.powers
+        return [np.tensordot(part, moments[: len(part), -1], (0, 0)) for part in self._series]
 
-        The particular solution is a polynomial; a free motion makes up for its initial values.
-        """
-        theta, delta = self._stiffness[some], self._damping[some]
-        s = len(self.points.points)
-        q = np.empty((s, len(theta)), dtype=delta.dtype)
-        p = np.empty((s, len(theta)), dtype=delta.dtype)
-        q[0], p[0] = 1 / theta, 0.0
-        for order in range(1, s):
-            q[order] = -(delta * q[order - 1] + p[order - 1]) / theta
+    def sums(self, by_displacement: Array, by_rate: Array) -> Some:
+        """Weighted sums over modes at the points. Shapes: (m, c, q) to (m, c, s, s)."""
+        moved, moving = self._series
+        parts = (by_displacement @ moved[..., None] + by_rate @ moving[..., None])[..., 0]
+        return np.tensordot(parts, self.answers.moments.powers[: len(moved), :-1], (0, 0))
+
+
+class _Far(_Part):
+    """Derivatives of the force over powers of the exponent: a polynomial, and what it leaves.
+
+    The particular solution is a polynomial; a free motion makes up for its initial values.
+    """
+
+    _harmless = 4 * SERIES.far**2, 0.0
+
+    @cached_property
+    def _polynomials(self) -> tuple[Some, Some]:
+        """Displacement and rate by derivatives of the force, shape (s, m, q)."""
+        theta, delta = self.stiffness, self.damping
+        q = np.empty((len(self.answers.points.points), *theta.shape), dtype=delta.dtype)
+        p = np.zeros_like(q)
+        q[0], inverse = 1 / theta, -1 / theta
+        for order in range(1, len(q)):
+            q[order] = (delta * q[order - 1] + p[order - 1]) * inverse
             p[order] = q[order - 1]
-        begun, reached = self.moments.begun, self.moments.reached
-        start_q, start_p = (item.T @ begun for item in (q, p))
-        impulse, rate = (item[some][:, :, None] for item in self._free)
-        free_q = rate + delta[:, None, None] * impulse
-        shape = (len(theta), s + 1, s)
-        displaced = (q.T @ reached).reshape(shape)
-        displaced = displaced - free_q * start_q[:, None] - impulse * start_p[:, None]
-        moving = (p.T @ reached).reshape(shape)
-        moving = moving + theta[:, None, None] * impulse * start_q[:, None]
-        return displaced, moving - rate * start_p[:, None]
+        return q, p
 
-    def _split(self, some: NDArray[np.bool_]) -> tuple[NDArray[np.inexact], NDArray[np.inexact]]:
-        """Strongly damped modes: a slow exponential and a fast one, each by its own series."""
-        theta, delta = self._stiffness[some], self._damping[some]
+    @cached_property
+    def _begun(self) -> list[Some]:
+        """Displacements and rates of the polynomials at the beginnings, each (m, q, s)."""
+        begun = self.answers.moments.begun
+        return [np.tensordot(part, begun, (0, 0)) for part in self._polynomials]
+
+    def _left(self, place: int | slice) -> tuple[Some, Some, Some, Some]:
+        """Displacements and rates at places by those at beginnings, shape (m, q, ...)."""
+        impulse, rate = (item[:, self.modes, place] for item in self.answers._free)
+        impulse, rate = (
+            np.where(self.mask.reshape(*self.mask.shape, *[1] * (item.ndim - 2)), item, 0.0)
+            for item in (impulse, rate)
+        )
+        theta, delta = (
+            item.reshape(*item.shape, *[1] * (impulse.ndim - 2))
+            for item in (self.stiffness, self.damping)
+        )
+        return rate + delta * impulse, impulse, -theta * impulse, rate
+
+    def ends(self) -> list[Some]:
+        """Displacements and rates at the ends, each (m, q, s)."""
+        reached = self.answers.moments.reached[:, -1]
+        moved, moving = (np.tensordot(part, reached, (0, 0)) for part in self._polynomials)
+        q, p = self._begun
+        qq, qp, pq, pp = (item[..., None] for item in self._left(-1))
+        return [moved - qq * q - qp * p, moving - pq * q - pp * p]
+
+    def sums(self, by_displacement: Array, by_rate: Array) -> Some:
+        """Weighted sums over modes at the points. Shapes: (m, c, q) to (m, c, s, s)."""
+        moved, moving = self._polynomials
+        parts = (by_displacement @ moved[..., None] + by_rate @ moving[..., None])[..., 0]
+        result = np.tensordot(parts, self.answers.moments.reached[:, :-1], (0, 0))
+        qq, qp, pq, pp = (np.swapaxes(item, 1, 2)[:, None] for item in self._left(slice(0, -1)))
+        q, p = (item[:, None] for item in self._begun)
+        by_q, by_p = by_displacement[:, :, None], by_rate[:, :, None]
+        return result - (by_q * qq + by_p * pq) @ q - (by_q * qp + by_p * pp) @ p
+
+
+class _Split(_Part):
+    """Strongly damped modes: a slow exponential and a fast one, each by its own series."""
+
+    _harmless = 1.0, 4 * SERIES.far
+
+    @cached_property
+    def _answers(self) -> list[Some]:
+        """Displacements and rates at all places, each (m, q, s + 1, s)."""
+        theta, delta = self.stiffness, self.damping
         nu = np.sqrt(delta**2 / 4 - theta)
         fast = -(delta / 2 + nu)
         slow = theta / fast
-        s, moments = len(self.points.points), self.moments
-        orders = np.arange(SERIES.powers)[:, None]
-        factorials = np.cumprod(np.append(1.0, np.arange(1, SERIES.powers)))[:, None]
-        by_slow = (slow**orders / factorials).T @ moments.powers
-        weights = fast ** -(np.arange(s)[:, None] + 1.0)
-        begun, reached = weights.T @ moments.begun, weights.T @ moments.reached
-        decay = np.exp(fast[:, None] * moments.places)
-        by_fast = decay[..., None] * begun[:, None] - reached.reshape(-1, s + 1, s)
-        by_fast = by_fast.reshape(len(theta), -1)
-        gap = (slow - fast)[:, None]
-        return (
-            (by_slow - by_fast) / gap,
-            (slow[:, None] * by_slow - fast[:, None] * by_fast) / gap,
-        )
+        moments = self.answers.moments
+        orders = np.arange(SERIES.powers)[:, None, None]
+        factorials = np.cumprod(np.append(1.0, np.arange(1, SERIES.powers)))[:, None, None]
+        by_slow = np.tensordot(slow**orders / factorials, moments.powers, (0, 0))
+        weights = fast ** -(np.arange(len(moments.begun))[:, None, None] + 1.0)
+        begun = np.tensordot(weights, moments.begun, (0, 0))
+        decay = np.exp(fast[..., None] * moments.places)
+        by_fast = decay[..., None] * begun[:, :, None]
+        by_fast = by_fast - np.tensordot(weights, moments.reached, (0, 0))
+        slow, fast = slow[..., None, None], fast[..., None, None]
+        gap = slow - fast
+        return [(by_slow - by_fast) / gap, (slow * by_slow - fast * by_fast) / gap]
+
+    def ends(self) -> list[Some]:
+        """Displacements and rates at the ends, each (m, q, s)."""
+        return [part[:, :, -1] for part in self._answers]
+
+    def sums(self, by_displacement: Array, by_rate: Array) -> Some:
+        """Weighted sums over modes at the points. Shapes: (m, c, q) to (m, c, s, s)."""
+        moved, moving = (part[:, :, :-1] for part in self._answers)
+        found = np.einsum("mcq,mqjk->mcjk", by_displacement, moved)
+        return np.asarray(found + np.einsum("mcq,mqjk->mcjk", by_rate, moving))

@@ -6,18 +6,15 @@ from functools import cached_property
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.compiled_code import Evaluated, shared_by_kind
 from slipfold.flow.equations import Constants, Equations, model_symbols
-from slipfold.flow.modal_answers import ModalAnswers
+from slipfold.flow.modal_answers import ModalAnswers, Some
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.model import Model
-
-Some = NDArray[np.inexact]
 
 
 class ModalEquations:
@@ -184,25 +181,18 @@ class ForcedIntervals:
     @cached_property
     def answered(self) -> Some:
         """Motions at the points by forces there, shape (m, s n_y, s n_f)."""
-        r, inputs = len(self.equations.squares), self.equations.inputs
-        moved, moving = (part[:, :, :-1] for part in self._answers.forced)
-        m, _, s, _ = moved.shape
-        rows = self.equations.rows
-        by_q = rows[:, :r, None] * inputs  # (n_y, r, n_f)
-        by_p = rows[:, r:, None] * inputs
-        result = np.zeros((m, s, len(rows), s, inputs.shape[1]), dtype=moved.dtype)
-        for weights, part in ((by_q, moved), (by_p, moving)):
-            if weights.any():
-                flat = np.moveaxis(weights, 1, 2).reshape(-1, r)
-                found = flat @ part.reshape(m, r, s * s)  # (m, n_y n_f, s s)
-                result += found.reshape(m, len(rows), -1, s, s).transpose(0, 3, 1, 4, 2)
-        return result.reshape(m, s * len(rows), s * inputs.shape[1])
+        r, inputs, rows = len(self.equations.squares), self.equations.inputs, self.equations.rows
+        by_q, by_p = (part[:, None] * inputs.T for part in (rows[:, :r], rows[:, r:]))
+        seen, (m, s) = len(rows), self.phases.shape
+        result = self._answers.motions(by_q.reshape(-1, r), by_p.reshape(-1, r))
+        result = result.reshape(m, seen, inputs.shape[1], s, s).transpose(0, 3, 1, 4, 2)
+        return result.reshape(m, s * seen, s * inputs.shape[1])
 
     @cached_property
     def driven(self) -> Some:
         """Ends by forces at the points, shape (m, n, s n_f)."""
         inputs = self.equations.inputs
-        parts = [part[:, :, -1, :, None] * inputs[:, None] for part in self._answers.forced]
+        parts = [part[..., None] * inputs[:, None] for part in self._answers.forced]
         joined = np.concatenate(parts, axis=1)
         return joined.reshape(*joined.shape[:2], -1)
 
