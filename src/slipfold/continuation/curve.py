@@ -63,6 +63,11 @@ class Curve(ABC, Generic[P]):
     noise = 1e-9
     """Test functions below this are rounding errors: on a family of centers one of them is zero."""
 
+    @property
+    def chords(self) -> bool:
+        """Whether equations cost much less without their derivatives."""
+        return True
+
     @abstractmethod
     def defect(self, z: Array) -> Array:
         """Return the function that Newton's method brings to zero."""

@@ -71,6 +71,10 @@ class Linearized(Protocol):
 class NewtonEquations(Protocol):
     """Smooth equations, one less than there are unknowns."""
 
+    @property
+    def chords(self) -> bool:
+        """Whether they cost much less without their derivatives."""
+
     def defect(self, z: Array) -> Array:
         """Return the function that Newton's method brings to zero."""
 
@@ -160,7 +164,7 @@ def correct(
             failure = TOO_SHARP
             break
         z, left = z + step, np.inf
-        if moved < NEWTON.chord:
+        if moved < NEWTON.chord and equations.chords:
             longest = max(NEWTON.growth * moved, NEWTON.rounding)
             z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
             if not left < longest:

@@ -85,6 +85,9 @@ class Discretization(ABC):
     smooth = True
     """Whether orbits are those of one and the same smooth flow."""
 
+    chords = True
+    """Whether mismatches cost much less than their derivatives."""
+
     slips_in_planes = False
     """Whether contacts change what they do on the way and some of them slip in any direction."""
 

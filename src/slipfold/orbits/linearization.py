@@ -98,6 +98,86 @@ class Sparse(SquareMatrix):
         return float(sign), logarithm - len(self.lines) * log(LIGHT)
 
 
+CONDENSED = 1e3
+"""Growth of perturbations from the first node to any other with which going from node to node
+loses three digits at most."""
+
+
+class Condensed(Sparse):
+    """The same where perturbations grow little: all nodes but the first are eliminated.
+
+    What is left is a full matrix of the first node and the free parameters. The columns of the
+    first node are moved past those of the others, an even number of places or rows of minus one:
+    the determinant is that of the whole matrix.
+
+    Shapes: reached (m, n, n + k), what perturbations of the first node and parameters make of each.
+    """
+
+    def __init__(self, blocks: Array, along: Array, lines: Array, reached: Array) -> None:
+        super().__init__(blocks, along, lines)
+        self._reached = reached
+        m, n, size = *along.shape[:2], reached.shape[2]
+        closed = blocks[-1] @ reached[-1]
+        closed[:, n:] += along[-1]
+        closed[:, :n] -= np.eye(n)
+        rows = lines[:, : m * n] @ reached.reshape(m * n, size)
+        rows[:, n:] += lines[:, m * n :]
+        self._small = WholeMatrix(np.concatenate([closed, rows]))
+
+    @staticmethod
+    def reach(blocks: Array, along: Array) -> Array | None:
+        """Return what perturbations become at the nodes, None where some grow too much."""
+        m, n, k = along.shape
+        reached = np.zeros((m, n, n + k))
+        reached[0, :, :n] = np.eye(n)
+        for j in range(m - 1):
+            reached[j + 1] = blocks[j] @ reached[j]
+            reached[j + 1, :, n:] += along[j]
+        largest = np.abs(reached[:, :, :n]).max()
+        return reached if largest < CONDENSED else None
+
+    def solve(self, right: Array) -> Array:
+        """Return the solution for a right-hand side, NaN if the matrix is singular."""
+        m, n, _ = self.along.shape
+        rows, state = right[: m * n].reshape(m, n), np.zeros(n)
+        own = np.zeros((m, n))
+        for j in range(m - 1):
+            own[j + 1] = state = self.blocks[j] @ state - rows[j]
+        closed = rows[-1] - self.blocks[-1] @ state
+        met = right[m * n :] - self.lines[:, : m * n] @ own.ravel()
+        small = self._small.solve(np.concatenate([closed, met]))
+        return np.concatenate([(self._reached @ small + own).ravel(), small[n:]])
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Return the solution with the transposed matrix, NaN if it is singular."""
+        m, n, _ = self.along.shape
+        columns, blocks = right[: m * n].reshape(m, n), self.blocks
+
+        def backward(wanted: Array) -> Array:
+            found = np.zeros((m - 1, n))
+            state = found[-1] = -wanted[-1]
+            for j in range(m - 3, -1, -1):
+                found[j] = state = blocks[j + 1].T @ state - wanted[j + 1]
+            return found
+
+        own = backward(columns)
+        first = columns[0] - blocks[0].T @ own[0]
+        rest = right[m * n :] - np.einsum("jnk,jn->k", self.along[:-1], own)
+        small = self._small.solve_transposed(np.concatenate([first, rest]))
+        lines = (small[n:] @ self.lines[:, : m * n]).reshape(m, n)
+        lines[-1] += blocks[-1].T @ small[:n]
+        return np.concatenate([backward(columns - lines).ravel(), small])
+
+    @cached_property
+    def _kernel(self) -> Array:
+        n, small = self.along.shape[1], self._small._kernel
+        return np.concatenate([(self._reached @ small).ravel(), small[n:]])
+
+    @property
+    def _determinant(self) -> tuple[float, float]:
+        return self._small._determinant
+
+
 @cache
 def _pattern(m: int, n: int, k: int) -> tuple[Places, Places, Places]:
     """Order of the entries by column, their rows, and where columns begin."""
@@ -273,7 +353,11 @@ class Linearization:
             return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
         gradients = self.conditions.gradients
         lines = row[None] if gradients is None else np.vstack([gradients, row])
-        return Sparse(self.blocks, self.along, lines)
+        few = 1 < len(self.blocks) <= MANY
+        reached = Condensed.reach(self.blocks, self.along) if few else None
+        if reached is None:
+            return Sparse(self.blocks, self.along, lines)
+        return Condensed(self.blocks, self.along, lines, reached)
 
 
 def _product(factors: Array) -> Array:

@@ -65,7 +65,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     `mesh`, shape (m L + 1,), has the edges of all intervals of the period.
     """
 
-    growing = False
+    growing, chords = False, False
 
     def __init__(
         self,

@@ -148,9 +148,14 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Return the values of the parameters that vary."""
         return tuple(self.orbits.values(z).tolist())
 
-    def blended(self, known: Sequence[Linearization], weights: Array) -> Linearization:
-        """Return a weighted sum of derivatives at several points."""
-        return Linearization.blend(known, weights)
+    def blended(self, known: Sequence[Linearization], weights: Array) -> Linearization | None:
+        """Return a weighted sum of derivatives at several points, None if chords do not pay."""
+        return Linearization.blend(known, weights) if self.chords else None
+
+    @property
+    def chords(self) -> bool:
+        """Whether mismatches cost much less than their derivatives."""
+        return self.orbits.by.chords
 
     def point(self, correction: Correction, arclength: float) -> OrbitPoint:
         """Return a converged correction as a point.
