@@ -52,11 +52,11 @@ class ModalSegments:
         return self.nodes[:-1].reshape(len(self.motions), -1)
 
     @cached_property
-    def sweep(self) -> Sweep:
+    def sweep(self) -> LinearizedSegments:
         """The linearized equations at these motions."""
         equations, phases = self.intervals.equations, self.intervals.phases
         slopes = equations.slopes(self.motions, phases, self.constants)
-        return Sweep(self.intervals, slopes, len(self.nodes) - 1)
+        return LinearizedSegments(self.intervals, slopes, len(self.nodes) - 1)
 
     # -- derivatives ---------------------------------------------------------------------------
 
@@ -140,7 +140,7 @@ class ModalSegments:
         return result.reshape(m, -1, k)
 
 
-class Sweep:
+class LinearizedSegments:
     """Intervals with linearized forces, from the first of each segment to the last.
 
     `slopes` are those of the forces that depend on motions, shape (m, s, n_l, n_y).
@@ -216,7 +216,7 @@ def solve_segments(
         constant = forces.copy()
         constant[..., : equations.moved] -= np.real(times(slopes, motions))
         try:
-            sweep = Sweep(intervals, slopes, count)
+            sweep = LinearizedSegments(intervals, slopes, count)
         except np.linalg.LinAlgError:
             return None
         flat = constant.reshape(len(constant), constant.shape[1] * constant.shape[2], 1)
