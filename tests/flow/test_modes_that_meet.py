@@ -44,5 +44,5 @@ def test_a_mode_that_hardly_moves_yet_is_measured_by_where_it_bends():
         },
         forcing={"period": "2*pi/W"},
     )
-    sizes = measured_within(model, [{"W": 0.6}, {"W": 1.3}, {"W": 2.0}]).estimated_scales
+    sizes = measured_within(model, [{"W": 0.6}, {"W": 1.3}, {"W": 2.0}]).state_scales()
     assert sizes[1] > sizes[0] / 32  # it moves by 1/300 of a at first, and by as much later

@@ -184,6 +184,34 @@ def test_few_modes_squeal_where_fifteen_elements_do():
     assert cycles.durations[-1] == pytest.approx(whole, rel=model.reduction_report.error)
 
 
+def forced_on_a_belt():
+    """Five modes: friction that falls with speed leaves them little damping."""
+    law = sf.Regularized(sf.Stribeck(**LAW), e=0.05)
+    contact = sf.FrictionContact("w15", law, load=2.0, Vd=1.0)
+    force, few = sf.HarmonicForce("w15", F=1.0), sf.ModalReduction(modes=5)
+    return beam(15, contacts=contact, forcing=force, f=18.0, reduction=few)
+
+
+def test_modes_of_equal_energy_count_the_same_in_a_step():
+    model = measured_over(forced_on_a_belt(), "f", (18.0, 18.4))
+    squares, modes = eigh(*matrices(15)[::-1])
+    masses = 1 / np.abs(modes[:, :5]).max(axis=0) ** 2  # where the largest displacement is one
+    energies = np.array([masses * squares[:5], masses]).ravel() * model.step_scales() ** 2
+    assert energies.max() < 16 * energies.min()  # powers of two have errors of up to 2 in a square
+    own = model.step_scales() / model.state_scales()
+    assert own.min() >= 1
+    assert 4 <= own.max() <= 16
+
+
+def test_small_modes_do_not_set_the_steps():
+    """With its own scale for each mode it took 52 points."""
+    model = forced_on_a_belt()
+    (branch,) = sf.response(model, vary="f", span=(17.6, 18.2)).branches
+    assert branch.stopped.kind == "span"
+    assert len(branch) <= 34
+    assert branch.residual.max() <= 1e-10
+
+
 def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
     """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
     from slipfold.bifurcations.branches.response import trace_branch

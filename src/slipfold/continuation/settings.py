@@ -42,8 +42,8 @@ class Newton:
 class Steps:
     """Lengths of steps along a branch.
 
-    Lengths are arclengths in scaled variables: displacements in their own scale, the parameter in
-    units of the span.
+    Lengths are arclengths in scaled variables: states in scales in which they contribute equally,
+    as modes of equal energy do, the parameter in units of the span.
 
     Parameters
     ----------

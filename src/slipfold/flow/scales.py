@@ -213,7 +213,7 @@ def measured(
         resting = np.fmax.reduce([look.resting for look in looks])
         sizes = np.where(np.isnan(sizes), resting, sizes)
         sizes = np.where(np.isnan(sizes), looks[0].ratios, sizes)
-    return model.with_scales(power_of_two(sizes))
+    return model.with_scales(power_of_two(np.array([sizes, looks[0].equalized(sizes)])))
 
 
 def measured_within(
@@ -313,6 +313,20 @@ class _View:
         """Scales of the state of rest, where it is not zero."""
         away = self._in_group(np.maximum(np.abs(self.rest), np.abs(self.start)) / self.ratios)
         return self.ratios * np.where(away > 0, away, np.nan)
+
+    def equalized(self, sizes: Array) -> Array:
+        """Return the scales for steps under forcing: modes of equal energy have the same.
+
+        However little they move. The ratios are known of states that drive each other at rest, in
+        vibrations not much slower than the forcing; others keep their sizes.
+        """
+        if not self.model.forced:  # where a cycle starts would depend on the scales
+            return sizes
+        with np.errstate(invalid="ignore", over="ignore"):
+            rates = np.sqrt(self.slopes * self.slopes.T) * ~np.eye(len(sizes), dtype=bool)
+        vibrates = np.nan_to_num(rates.max(axis=1)) > SCALES.weak * 2 * np.pi
+        largest = self._in_group(np.where(vibrates, sizes, 0.0) / self.ratios)
+        return np.where(vibrates, np.maximum(sizes, self.ratios * largest), sizes)
 
     def _around(self, state: Array) -> tuple[Array, Array]:
         """Return rates over a period at a state, (p, n), and mean moduli of their derivatives."""

@@ -314,8 +314,19 @@ class Model(ABC):
 
         The declared scales; where there is none, those of `with_scales`; else 1.
         """
+        return self._scales_in_row(0)
+
+    def step_scales(self) -> Array:
+        """Scales in which lengths of steps along curves are measured, shape (n_states,).
+
+        The declared scales; where there is none, those of `with_scales` in its second row. States
+        have them if they contribute equally, as modes of equal energy do.
+        """
+        return self._scales_in_row(-1)
+
+    def _scales_in_row(self, row: int) -> Array:
         declared = self.declared_scales()
-        estimated = 1.0 if self._estimated_scales is None else self._estimated_scales
+        estimated = 1.0 if self._estimated_scales is None else self._estimated_scales[row]
         return np.asarray(np.where(np.isnan(declared), estimated, declared))
 
     def unit_scales(self) -> Array:
@@ -328,15 +339,17 @@ class Model(ABC):
         Parameters
         ----------
         scales
-            Shape (n_states,), positive; None for none.
+            Shape (n_states,), positive, or two rows of them, `state_scales` and `step_scales`; None
+            for none.
         """
         same = object.__new__(type(self))
-        same.__dict__.update(self.__dict__, _estimated_scales=scales)
+        known = None if scales is None else np.atleast_2d(scales)
+        same.__dict__.update(self.__dict__, _estimated_scales=known)
         return same
 
     @property
     def estimated_scales(self) -> Array | None:
-        """The scales of `with_scales`, shape (n_states,); None if there are none."""
+        """The scales of `with_scales` as one or two rows; None if there are none."""
         return self._estimated_scales
 
     @property

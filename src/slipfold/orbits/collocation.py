@@ -324,7 +324,8 @@ class Collocation(MeshDiscretization):
         if not np.isfinite(solved.slopes).all():
             return None
         order = len(self.points.points) + 1
-        density = steepness(self.edges, solved.slopes, self.points)
+        own = solved.slopes * (self.scales / self.sizes)
+        density = steepness(self.edges, own, self.points)
         density *= (self.points.error / MESH.error) ** (1 / order)
         density = np.maximum(density, self._growth(nodes, constants) / MESH.growth)
         errors = (density * self.lengths) ** order

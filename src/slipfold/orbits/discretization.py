@@ -96,8 +96,9 @@ class Discretization(ABC):
         self._cut(edges)
         self._free(free)
         self.flow: Flow = flow_of(model)
-        self.measure_in(model.state_scales())
-        self.flow_scales = power_of_two(self.scales)
+        self.sizes = model.state_scales()
+        self.measure_in(model.step_scales())
+        self.flow_scales = power_of_two(self.sizes)
 
     def _cut(self, edges: Array) -> None:
         self.edges, self.start, self.end = edges, edges[:-1], edges[1:]
@@ -117,7 +118,7 @@ class Discretization(ABC):
         return other
 
     def measure_in(self, scales: Array) -> None:
-        """Take scales of the states, shape (n,)."""
+        """Take scales of the states, shape (n,); residuals are measured in `sizes` nevertheless."""
         self.scales = scales
         self.angle_periods = self.model.angle_periods / scales
         self.ratios = scales[None, :] / scales[:, None]

@@ -151,9 +151,9 @@ class OrbitBatch:
 
     What is done to some of them takes their numbers first: rows of `parameters` and `scales`, each
     as often as there are orbits with it. `steps` are used where they are precise enough; None
-    leaves everything to the flow.
+    leaves everything to the flow. Of each, `scales` has those of residuals and of steps.
 
-    Shapes: parameters (k, n_p); scales (k, n).
+    Shapes: parameters (k, n_p); scales (k, 2, n).
     """
 
     def __init__(
@@ -166,13 +166,14 @@ class OrbitBatch:
         nodes: int = SEGMENTS,
         steps: LinearizedSteps | None = None,
     ) -> None:
-        self.model, self.parameters, self.scales = model, parameters, scales
+        self.model, self.parameters, self._both = model, parameters, scales
+        self.sizes, self.scales = scales[:, 0], scales[:, 1]
         self.vary, self.width = vary
         self.period, self.nodes, self.steps = period, nodes, steps
         self.flow = flow_of(model)
         self._index = model.parameter_index(self.vary)
-        self.size = scales.shape[1] * nodes
-        self._node_scales = np.tile(scales, nodes) * np.sqrt(nodes)
+        self.size = self.scales.shape[1] * nodes
+        self._node_scales = np.tile(self.scales, nodes) * np.sqrt(nodes)
         self._length = period / nodes
         self._start = np.arange(nodes) * self._length
 
@@ -180,17 +181,18 @@ class OrbitBatch:
     def of_branch(orbits: ForcedOrbits) -> OrbitBatch:
         """Return the orbits of one branch: all have its parameters, in row 0."""
         model, vary = orbits.model, (orbits.vary, orbits.width)
-        given = model, model.vector[None], orbits.scales[None], vary
+        scales = np.array([[orbits.by.sizes, orbits.scales]])
+        given = model, model.vector[None], scales, vary
         return OrbitBatch(*given, orbits.period, orbits.segments)
 
     def of_period(self, period: int) -> OrbitBatch:
         """Return the same for orbits of another period."""
-        given = self.model, self.parameters, self.scales, (self.vary, self.width)
+        given = self.model, self.parameters, self._both, (self.vary, self.width)
         return OrbitBatch(*given, period, self.nodes, self.steps)
 
     def rows(self, some: Indices) -> OrbitBatch:
         """Return the same for some rows of the parameters alone."""
-        given = self.model, self.parameters[some], self.scales[some], (self.vary, self.width)
+        given = self.model, self.parameters[some], self._both[some], (self.vary, self.width)
         return OrbitBatch(*given, self.period, self.nodes, self.steps)
 
     def join(self, some: Indices, nodes: Array, values: Array) -> Array:
@@ -264,7 +266,8 @@ class OrbitBatch:
             exactly = EXACTLY if count else EXPLICIT.tolerance  # what follows a correction decides
             part = self.linearize(some[going], found.z[going], exactly)
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
-            missed = np.abs(part.missed).max(axis=(1, 2)) * np.sqrt(self.nodes)
+            finer = (self.scales / self.sizes)[some[going], None] * np.sqrt(self.nodes)
+            missed = (np.abs(part.missed) * finer).max(axis=(1, 2))
             found.tangents[going], found.residuals[going] = tangents, missed
             found.monodromies[going] = condensed[:, :n, :n] + np.eye(n)
             far = (missed > 0.1 * tolerance) | (count == 0)
@@ -286,7 +289,7 @@ class OrbitBatch:
         for first in range(0, len(known) if limits else 0, TOGETHER):
             rows = known[first : first + TOGETHER]
             own = some[rows]
-            scales = power_of_two(self.scales[own])
+            scales = power_of_two(self.sizes[own])
             constants = self.flow.constants(self.values(own, z[rows]), scales)
             states = self.states(own, z[rows])
             found[rows] = many_margins(self.flow, constants, limits, states, self.period)
@@ -294,7 +297,7 @@ class OrbitBatch:
 
     def residuals(self, some: Indices, z: Array) -> Array:
         """Return by how much orbits fail to close by the flow, in scaled states, shape (k,)."""
-        scales, nodes = self.scales[some], self.states(some, z)
+        scales, nodes = self.sizes[some], self.states(some, z)
         constants = self.flow.constants(self.values(some, z), power_of_two(scales))
         start = np.tile(self._start, len(some))
         flat = nodes.reshape(len(start), -1)
@@ -307,7 +310,8 @@ class OrbitBatch:
         """Return by how much nodes are missed, with derivatives. Shapes: z (k, u)."""
         k, m, n = len(some), self.nodes, self.scales.shape[1]
         nodes, scales = self.states(some, z), self.scales[some]
-        propagated = self._propagated(nodes, self.values(some, z), scales, tolerance)
+        given = nodes, self.values(some, z), self.sizes[some]
+        propagated = self._propagated(*given, tolerance)
         wide, root = scales[:, None, :], np.sqrt(m)
         gaps = propagated.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
         watched = (k, m, self._limits)

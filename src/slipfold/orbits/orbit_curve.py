@@ -141,8 +141,10 @@ class OrbitCurve(Curve[OrbitPoint]):
         return np.inf
 
     def residual(self, defect: Array) -> float:
-        """Return the largest mismatch, in scaled states."""
-        return float(np.abs(defect).max()) * float(np.sqrt(self.orbits.segments))
+        """Return the largest mismatch, in the scales of the states."""
+        missed, finer = np.abs(defect), self.orbits.finer
+        missed[: len(finer)] *= finer
+        return float(missed.max()) * float(np.sqrt(self.orbits.segments))
 
     def place(self, z: Array) -> tuple[float, ...]:
         """Return the values of the parameters that vary."""
@@ -229,6 +231,7 @@ class Orbits(OrbitCurve):
         self.free, self.units, self.indices = tuple(by.free), by.units, by.indices
         self.size = self.segments * len(self.scales)
         self._node_scales = np.tile(self.scales, self.segments) * np.sqrt(self.segments)
+        self.finer = np.tile(self.scales / by.sizes, self.segments)
         self._constants: tuple[Array | None, Constants | None] = None, None
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:

@@ -144,7 +144,8 @@ class BatchedThresholds:
 
     def orbits(self, parameters: Array, scales: Array) -> OrbitBatch:
         """Return the orbits of period 1. Shapes: parameters (m, n_p); scales (m, n)."""
-        return OrbitBatch(self.model, parameters, scales, self._vary, nodes=1, steps=self._steps)
+        both = np.stack([scales, scales], axis=1)
+        return OrbitBatch(self.model, parameters, both, self._vary, nodes=1, steps=self._steps)
 
     def find(self, parameters: Array, scales: Array, guess: Paths) -> StableParts:
         """Find the stable parts of responses from guesses, and prove their stability.

@@ -185,18 +185,18 @@ def structure_record(model: Model) -> dict[str, Any]:
 
 def scales_record(model: Model) -> dict[str, Any]:
     """Return the state scales that a computation determined, by state; nothing if it did not."""
-    sizes = model.estimated_scales
-    if sizes is None:
+    if model.estimated_scales is None:
         return {}
-    names = [state.name for state in model.states]
-    return {"scales": dict(zip(names, sizes.tolist(), strict=True))}
+    names, columns = [state.name for state in model.states], model.estimated_scales.T.tolist()
+    return {"scales": dict(zip(names, columns, strict=True))}
 
 
 def measured_as(model: Model, described: Mapping[str, Any]) -> Model:
     """Return a saved model with the scales of `scales_record`, if there are any."""
     if "scales" not in described:
         return model
-    return model.with_scales(np.array([described["scales"][item.name] for item in model.states]))
+    scales = np.array([described["scales"][item.name] for item in model.states])
+    return model.with_scales(scales.T)
 
 
 def _whole_record(model: Model) -> dict[str, Any]:

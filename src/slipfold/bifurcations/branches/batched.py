@@ -111,7 +111,7 @@ def follow_batch(
     ]
     cases = [BatchedCase(model) for model in models]
     vectors = np.array([model.vector for model in models])
-    scales = np.array([model.state_scales() for model in models])
+    scales = np.array([[model.state_scales(), model.step_scales()] for model in models])
     width, tolerance = abs(span[1] - span[0]), settings.newton.tolerance
     orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
     branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
