@@ -214,14 +214,14 @@ def test_small_modes_do_not_set_the_steps():
 
 def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
     """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
-    from slipfold.bifurcations.branches.response import trace_branch
-    from slipfold.bifurcations.branches.settings import Settings
+    from slipfold.bifurcations.branches.response import BranchTree
     from slipfold.bifurcations.branches.start import equilibrium_start
+    from slipfold.continuation.curve_set import Start
 
-    model = measured_over(sliding(15).replace(Vd=1.25), "Vd", (1.25, 1.15))
-    orbits, start = equilibrium_start(model, "Vd", 1.25, 1.15)
-    trail = trace_branch(orbits, start, (1.25, 1.15), Settings())
-    (found,) = trail.found
+    model, span = measured_over(sliding(15).replace(Vd=1.25), "Vd", (1.25, 1.15)), (1.25, 1.15)
+    orbits, start = equilibrium_start(model, "Vd", *span)
+    tree = BranchTree(model.parameter("Vd"), span, sf.Settings(), (), None, False)
+    (found,) = tree.trace(Start(orbits, (start,)), start).found
     exact = brentq(lambda speed: growth_of_the_lowest_mode(15, speed), 1.15, 1.25)
     assert found.type == "HB"
     assert orbits.value(found.point.z) == pytest.approx(exact, rel=5e-5)

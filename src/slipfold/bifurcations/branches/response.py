@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -11,7 +11,6 @@ from slipfold.bifurcations.branches.bifurcations import BIFURCATION, CLOSED, Bif
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import (
-    EmanatingBranch,
     MeetsImage,
     Returns,
     close_on_parent,
@@ -71,7 +70,7 @@ def trace_response(
     report = searching(observer, first)
     search = FirstOrbit(model, vary, (first, last), settings, through_stick, report)
     orbits, point, reason = search.find(begin)
-    branches = _Branches(
+    branches = BranchTree(
         model.parameter(vary), (first, last), settings, events, observer, through_stick
     )
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
@@ -109,8 +108,8 @@ def _checked(
     return model.replace(**{vary: first}), first, last
 
 
-class _Branches(CurveSet[OrbitPoint]):
-    """The branches of a response while they are followed."""
+class BranchTree(CurveSet[OrbitPoint]):
+    """The branches of a response, each from a point of another, while they are followed."""
 
     def __init__(
         self,
@@ -132,17 +131,41 @@ class _Branches(CurveSet[OrbitPoint]):
 
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
-        return trace_branch(
-            start.curve,
+        orbits, settings, departs = start.curve, self._settings, start.departs
+        return follow(
+            orbits,
             point,
-            self._span,
-            self._settings,
-            departs=start.departs,
-            children=[item.child for item in self._junctions if item.child and not _crosses(item)],
-            events=self._events,
+            orbits.bounds(self._span),
+            partial(self._monitors, departs=departs),
+            settings=settings,
+            departs=departs,
+            first_step=partial(_first_step, orbits, point, settings) if departs else None,
+            cap=step_beside_parent if has_image(orbits) else None,
+            endings=BranchEndings(self._span, settings),
+            otherwise=Change(settings, through_stick=self._through_stick).otherwise,
             on_step=self._report,
-            through_stick=self._through_stick,
         )
+
+    def _monitors(self, orbits: Orbits, departs: bool) -> list[Monitor[OrbitPoint]]:
+        """Return the monitors of a branch: those that end it first, the most expensive last."""
+        monitors: list[Monitor[OrbitPoint]] = [
+            SwitchingBoundaries(orbits),
+            Unresolved(orbits, partial(nears_homoclinic, orbits)),
+        ]
+        if has_image(orbits):
+            junctions = (item for item in self._junctions if not _crosses(item))
+            children = [item.child for item in junctions if item.child]
+            monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children)))
+        if not departs:  # a branch that starts at a branch point closes there
+            monitors.append(Returns(orbits, CLOSED))
+        monitors.append(Limits(orbits))
+        if self._events:
+            monitors.append(Events(orbits, self._events))
+        monitors.append(Bifurcations(orbits, self._span))
+        if orbits.model.forced:
+            monitors.append(Undetermined(orbits))
+        largest = self._settings.largest_duration
+        return [*monitors, Homoclinic(orbits, largest), Families(orbits)]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the new junctions of a branch; one that was met before links two branches."""
@@ -216,61 +239,6 @@ def _crosses(junction: Junction) -> bool:
 LEVEL = 1e-7
 """Component of the tangent along the parameter whose sign rounding may decide: near another branch
 Newton's method is singular."""
-
-
-def trace_branch(
-    orbits: Orbits,
-    start: OrbitPoint,
-    span: tuple[float, float],
-    settings: Settings,
-    *,
-    departs: bool = False,
-    children: Sequence[EmanatingBranch] = (),
-    events: Sequence[Event] = (),
-    on_step: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
-    through_stick: bool = False,
-) -> TracedCurve[OrbitPoint]:
-    """Follow a branch to its end."""
-    change = Change(settings, through_stick=through_stick)
-    return follow(
-        orbits,
-        start,
-        orbits.bounds(span),
-        lambda curve: _monitors(curve, span, settings, departs, children, events),
-        settings=settings,
-        departs=departs,
-        first_step=partial(_first_step, orbits, start, settings) if departs else None,
-        cap=step_beside_parent if has_image(orbits) else None,
-        endings=BranchEndings(span, settings),
-        otherwise=change.otherwise,
-        on_step=on_step,
-    )
-
-
-def _monitors(
-    orbits: Orbits,
-    span: tuple[float, float],
-    settings: Settings,
-    departs: bool,
-    children: Sequence[EmanatingBranch],
-    events: Sequence[Event],
-) -> list[Monitor[OrbitPoint]]:
-    """Return the monitors of a branch: those that end it first, the most expensive last."""
-    monitors: list[Monitor[OrbitPoint]] = [
-        SwitchingBoundaries(orbits),
-        Unresolved(orbits, partial(nears_homoclinic, orbits)),
-    ]
-    if has_image(orbits):
-        monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children)))
-    if not departs:  # a branch that starts at a branch point closes there
-        monitors.append(Returns(orbits, CLOSED))
-    monitors.append(Limits(orbits))
-    if events:
-        monitors.append(Events(orbits, events))
-    monitors.append(Bifurcations(orbits, span))
-    if orbits.model.forced:
-        monitors.append(Undetermined(orbits))
-    return [*monitors, Homoclinic(orbits, settings.largest_duration), Families(orbits)]
 
 
 def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
