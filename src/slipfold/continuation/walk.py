@@ -353,23 +353,14 @@ def reaches(point: P, bounds: Sequence[Bound]) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Solution(Generic[P]):
-    """The only row of a correction."""
+    """The only row of a correction; of one without a point nothing is a number."""
 
     z: Array
+    tangents: Array
+    tests: Array
+    found: Mask
     moved: Array
-    point: P | None = None
-
-    @property
-    def found(self) -> Mask:
-        return np.array([self.point is not None])
-
-    @property
-    def tangents(self) -> Array:
-        return np.full_like(self.z, np.nan) if self.point is None else self.point.tangent[None]
-
-    @property
-    def tests(self) -> Array:
-        return np.full((1, 1), np.nan) if self.point is None else self.point.values[None]
+    point: P | None
 
 
 class _OneCurve(FrontEquations, Generic[P]):
@@ -420,14 +411,18 @@ class _OneCurve(FrontEquations, Generic[P]):
             if correction.converged:
                 # On a wall exactly, whatever rounding did.
                 correction.z[np.abs(row) == 1] = guess[np.abs(row) == 1]
-                point, last = self._curve.point(correction, arclength), self.recent[-1]
-                arclength = last.arclength + arc_between(last, point)
-                self._corrected = replace(point, arclength=arclength)
+                solution, last = self._curve.point(correction, arclength), self.recent[-1]
+                arclength = last.arclength + arc_between(last, solution)
+                self._corrected = replace(solution, arclength=arclength)
         except BREAKDOWNS as error:
             moved, self._reason = np.inf, breakdown(error)
-        result = self._corrected
-        z = np.full_like(guesses, np.nan) if result is None else result.z[None]
-        return _Solution(z, np.array([moved]), result)
+        point, nothing = self._corrected, np.full(len(guess), np.nan)
+        parts = nothing, nothing, nothing[:1]
+        if point is not None:
+            parts = point.z, point.tangent, point.values
+        z, tangents, tests = (part[None] for part in parts)
+        found = np.array([point is not None])
+        return _Solution(z, tangents, tests, found, np.array([moved]), point)
 
     def aligned(self, rows: Indices, guesses: Array) -> Array:
         """Return the guess nearest to the last point of those that symmetry makes equivalent."""

@@ -75,7 +75,9 @@ def product_eigenvalues(matrices: Array) -> Complex:
     # There is none across the flow of a single angle.
     if not (matrices.size and np.isfinite(matrices).all()):
         return np.full(matrices.shape[1], np.nan + 0j)
-    factors = [product(part) for part in np.array_split(matrices, min(QR.blocks, len(matrices)))]
+    factors = [*matrices]
+    if len(factors) > QR.blocks:
+        factors = [product(part) for part in np.array_split(matrices, QR.blocks)]
     basis = _dominant_first(product(np.array(factors)))
     groups, below = [slice(None)], np.full(len(basis) - 1, np.inf)
     for _ in range(QR.sweeps):
@@ -84,15 +86,13 @@ def product_eigenvalues(matrices: Array) -> Complex:
             basis, triangle = np.linalg.qr(factor @ basis)
             triangles.append(triangle)
         turn = start.T @ basis
-        growth = np.sum([_logarithms(np.diag(item)) for item in triangles], axis=0)
+        growth = _logarithms(np.diagonal(triangles, axis1=1, axis2=2)).sum(axis=0)
         groups, below = _groups(turn, below, growth)
         if all(np.ptp(growth[group]) < np.log(QR.gap) for group in groups):
             break
+    rows = np.array(triangles)
     values = [
-        np.linalg.eigvals(
-            turn[group, group] @ product(np.array([item[group, group] for item in triangles]))
-        )
-        for group in groups
+        np.linalg.eigvals(turn[group, group] @ product(rows[:, group, group])) for group in groups
     ]
     found = np.concatenate(values).astype(complex)
     return found[np.lexsort((-found.imag, -np.round(_logarithms(found), 10)))]
