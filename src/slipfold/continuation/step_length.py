@@ -29,8 +29,9 @@ class StepRules:
     reject: float = 4.0
     # Corrections that are longer than this lead elsewhere
     reach: float = 2 * reject * error
-    # A step is at least this fraction of the one before
-    minimum: float = 0.2
+    # A step is at least this fraction of the one before; a smaller one is seldom needed, and takes
+    # several steps to grow again
+    minimum: float = 0.3
     # Maximum ratio of the next step to one that was rejected, to one whose correction did not
     # converge, and to one without a correction
     rejected: float = 0.7
@@ -38,6 +39,9 @@ class StepRules:
     failed: float = 0.35
     # Maximum ratio of the next step to one that was shortened: the curve is getting harder
     harder: float = 0.8
+    # By this factor that maximum rises with each step that is accepted: where a curve becomes
+    # singular, as at a limit, every growth by 2.5 was followed by a failure
+    easier: float = 2.0
     # Weight of the error of polynomials through the test functions where a prediction from
     # derivatives is better. Lines drawn through the points are such polynomials, and need this many
     # points

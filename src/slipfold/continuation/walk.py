@@ -181,7 +181,8 @@ class Front:
         self._history[rows, :-1] = self._history[rows, 1:]
         self._history[rows, -1] = np.concatenate([*parts, new[:, None]], axis=1)
         self.count[rows] += 1
-        self._growth[rows], self._held[rows], self._holds[rows] = STEP.longer, -1, 0
+        self._growth[rows] = np.minimum(STEP.easier * self._growth[rows], STEP.longer)
+        self._held[rows], self._holds[rows] = -1, 0
 
     def by_count(self, rows: Indices) -> Iterator[tuple[int, slice | Indices]]:
         """Yield how many points are known, and which of some curves have so many."""
