@@ -167,18 +167,28 @@ def test_special_points_are_those_of_the_flow():
         elements=sf.CubicSpring("x3", k3=30.0),
     )
     assert shooting_for(model) is Shooting
-    exact = sf.response(model, vary="f", span=(0.82, 1.0))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("slipfold.orbits.modal_shooting.CHOICE", ModalChoice(states=0))
-        found = sf.response(model, vary="f", span=(0.82, 1.0))
-    assert [item.type for item in exact.branches[0].special] == ["LP", "LP"]
-    for one, other in zip(found.branches[0].special, exact.branches[0].special, strict=True):
-        assert one.type == other.type
-        assert one.value == pytest.approx(other.value, rel=1e-10)
-        assert one.coefficient == pytest.approx(other.coefficient, rel=1e-5)
+    (exact, own), (found, other) = (
+        folds(model, ModalChoice(**given)) for given in ({}, {"states": 0})
+    )
+    assert [item.type for item in exact.special] == ["LP", "LP"]
+    for one, reference in zip(found.special, exact.special, strict=True):
+        assert one.type == reference.type
+        assert one.value == pytest.approx(reference.value, rel=1e-10)
+        assert one.coefficient == pytest.approx(reference.coefficient, rel=1e-5)
         np.testing.assert_allclose(
-            *(np.sort(np.abs(item.orbit.multipliers)) for item in (one, other)), atol=1e-6
+            *(np.sort(np.abs(item.orbit.multipliers)) for item in (one, reference)), atol=1e-6
         )
+    np.testing.assert_allclose(other, own, rtol=1e-10)
+
+
+def folds(model, choice):
+    """A branch with folds, and where the locus of the first leaves a window."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slipfold.orbits.modal_shooting.CHOICE", choice)
+        branch = sf.response(model, vary="f", span=(0.82, 1.0)).branches[0]
+        window = {"f": (0.8, 1.1), "F": (9.8, 10.2)}
+        locus = sf.locus(branch.special[0], vary=("f", "F"), window=window).loci[0]
+    return branch, locus.values[[0, -1]]
 
 
 def beam(modes):
@@ -206,3 +216,6 @@ def test_a_response_in_twenty_modes():
     branch = sf.response(model, vary="f", span=(0.155, 0.165)).branches[0]
     assert branch.nodes.shape[2] == 40
     assert branch.stable.all()
+    assert branch.multiplier_uncertainty.max() < 1e-6
+    orbit = sf.periodic_orbit(model.replace(f=branch.parameter[3]))
+    np.testing.assert_allclose(orbit.state, branch.nodes[3, 0], atol=1e-8)

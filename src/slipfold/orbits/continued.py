@@ -210,15 +210,19 @@ def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Arr
     """Describe an orbit by collocation on a mesh that fits it; nothing is corrected."""
     scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z), stages)
     count = max(orbits.segments, 4 * INTERVALS * orbits.period)
-    by: Collocation | None = Collocation(
-        orbits.model, orbits.by.free, orbits.period, count, scheme=scheme
-    )
+    by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
+    other = orbits.described_by(by)
+    return fitted(other, other.adopt(orbits, z))
+
+
+def fitted(orbits: Orbits, z: Array) -> tuple[Orbits, Array]:
+    """Describe an orbit on a mesh that fits it; nothing is corrected."""
     for _ in range(4):
+        by = orbits.by.better(orbits.nodes(z), orbits.constants(z))
         if by is None:
             break
         other = orbits.described_by(by)
         orbits, z = other, other.adopt(orbits, z)
-        by = by.better(orbits.nodes(z), orbits.constants(z))
     return orbits, z
 
 

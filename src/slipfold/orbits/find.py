@@ -26,13 +26,15 @@ from slipfold.flow.simulate import (
 from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
-from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.continued import fitted, hold_parameter
 from slipfold.orbits.first_orbits import SEARCH as FIRST
 from slipfold.orbits.first_orbits import find_cycle, find_response
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.progress import Observer
@@ -189,23 +191,29 @@ class _Search:
         model, period = self.model, self.period
         if not model.forced:
             return self._cycle(state)
-        orbits = orbits_at(model, period)
+        orbits = orbits_at(model, period, SEGMENTS, by=shooting_for(model))
         assert isinstance(orbits, ForcedOrbits)
         if state is None and period == 1:
             orbits, found = find_response(orbits, model.values[orbits.vary], implicitly=True)
-            if found.converged:  # to the last digit
-                found = self._corrected(orbits, found.z)
-            return self._as_orbit(orbits, found)
+            if not found.converged:
+                return self._as_orbit(orbits, found)
+            return self._as_orbit(*self._to_the_last_digit(orbits, found.z))
         constants, zero = orbits.flow.constants_of(model), np.zeros(1)
         if state is None:
             span = np.array([0.0, float(self.settle)])
             state = orbits.flow.trajectory(model.start, constants, span)[-1]
             state = wrap_angles(state, model.angle_periods)
         nodes = orbits.flow.sample(state[None], zero, zero + period, orbits.segments, constants)[0]
-        orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(nodes, model)))
+        orbit = self._as_orbit(*self._to_the_last_digit(orbits, orbits.unknown(nodes, model)))
         states = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
         _refuse_shorter(orbit, states)
         return orbit
+
+    def _to_the_last_digit(self, orbits: Orbits, z: Array) -> tuple[Orbits, Correction]:
+        """Correct an orbit, where there is a mesh on one that fits it."""
+        found = self._corrected(orbits, z)
+        other, z = fitted(orbits, found.z) if found.converged else (orbits, z)
+        return (orbits, found) if other is orbits else (other, self._corrected(other, z))
 
     def through_stick(self, state: Array | None) -> PeriodicOrbit:
         """Return the orbit near the limit of a trajectory with stick and slip."""

@@ -354,7 +354,8 @@ CHOICE = ModalChoice()
 
 def shooting_for(model: Model) -> Cut:
     """Return how orbits in slip are cut into segments."""
-    equations = None if contacts_of(model) else modal_equations_of(model)
+    slips = model.forced and not contacts_of(model)
+    equations = modal_equations_of(model) if slips else None
     if equations is None:
         return Shooting
     period = flow_of(model).constants_of(model).period

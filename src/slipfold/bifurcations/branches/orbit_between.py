@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
+from slipfold.orbits.continued import fitted
 from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -59,9 +62,8 @@ def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
 def _corrected(
     branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, fraction: float
 ) -> PeriodicOrbit:
-    orbits = _orbits(branch, before)
-    start = orbits.unknown(before.nodes, before.model)
-    chord = orbits.in_phase(orbits.unknown(after.nodes, after.model), start) - start
+    orbits, (start, end) = _orbits(branch, before, after)
+    chord = orbits.in_phase(end, start) - start
     found = correct(orbits, start + fraction * chord, chord / np.linalg.norm(chord))
     if not found.converged:
         raise InputError(
@@ -77,8 +79,7 @@ def _with_value(
     """Return the orbit with a value of the parameter, if there is one near a given orbit."""
     if value is None or value == orbit.model.values[branch.vary]:
         return orbit
-    orbits = _orbits(branch, orbit)
-    guess = orbits.unknown(orbit.nodes, orbit.model)
+    orbits, (guess,) = _orbits(branch, orbit)
     guess[-1] = value / orbits.width
     row = np.zeros(len(guess))
     row[-1] = 1.0
@@ -86,12 +87,15 @@ def _with_value(
     return _as_orbit(orbits, found) if found.converged and found.distance < reach else orbit
 
 
-def _orbits(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
-    """Return the equations of the orbits of a branch, scaled as at one of them."""
-    width = float(np.ptp(branch.parameter)) or 1.0
-    segments = len(orbit.nodes)
+def _orbits(branch: Branch, *known: PeriodicOrbit) -> tuple[Orbits, list[Array]]:
+    """Return the equations of a branch, scaled as at the first of some orbits, and these."""
+    width, first = float(np.ptp(branch.parameter)) or 1.0, known[0]
+    given = first.model, {branch.vary: width}, branch.period, len(first.nodes)
     resting = branch.kind == "equilibrium"
-    return orbits_of(orbit.model, {branch.vary: width}, branch.period, segments, resting=resting)
+    even = orbits_of(*given, resting=resting, by=shooting_for(first.model))
+    found = [even.unknown(orbit.nodes, orbit.model) for orbit in known]
+    orbits, _ = fitted(even, found[0])
+    return orbits, [orbits.adopt(even, z) for z in found]
 
 
 def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
@@ -99,7 +103,7 @@ def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
     return PeriodicOrbit(
         orbits.model_at(found.z),
         orbits.period,
-        orbits.nodes(found.z),
+        orbits.evenly(found.z),
         orbits.spectrum.whole(multipliers),
         found.residual,
     )

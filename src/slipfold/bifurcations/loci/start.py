@@ -33,7 +33,7 @@ from slipfold.orbits.bifurcation_types import (
     CodimensionTwoType,
 )
 from slipfold.orbits.check import rests
-from slipfold.orbits.continued import on_mesh
+from slipfold.orbits.continued import fitted, on_mesh
 from slipfold.orbits.critical import (
     Emanating,
     critical_direction,
@@ -44,6 +44,7 @@ from slipfold.orbits.critical import (
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Equilibria, orbits_of
 from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.normal_forms.codimension_two import eigenvectors, equilibrium_coefficients
 from slipfold.orbits.normal_forms.maps import FieldMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -495,14 +496,14 @@ def as_unknown(
         return resting, resting.unknown(point.nodes[:1], point.model)
     chosen = settings.discretization
     if chosen == "shooting" or (chosen == "automatic" and len(point.nodes) <= SEGMENTS):
-        orbits = orbits_of(model, plane, point.period, SEGMENTS)
+        orbits = orbits_of(model, plane, point.period, SEGMENTS, by=shooting_for(model))
         every, rest = divmod(len(point.nodes), SEGMENTS)
         if rest:
             raise InputError(
                 f"the special point is given at {len(point.nodes)} phases, not {SEGMENTS}; "
                 "compute it again"
             )
-        return orbits, orbits.unknown(point.nodes[::every], point.model)
+        return fitted(orbits, orbits.unknown(point.nodes[::every], point.model))
     return on_a_mesh(orbits_of(model, plane, point.period, SEGMENTS), point)
 
 
