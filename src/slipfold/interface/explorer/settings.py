@@ -28,7 +28,7 @@ class PageSettings:
     exponent_tolerance: float = 1e-6
     workers: int = 4  # maximum number of processes by default
     # Maximum data memory of a worker in bytes: a larger request fails, not the machine
-    worker_bytes: int = 2 * 2**30
+    data_bytes: int = 2 * 2**30
     warming: float = 5.0  # seconds after which the first diagram is not waited for
     # Later jobs that may go before one of the next rank, so that no job waits forever
     overtaken: int = 40

@@ -132,7 +132,7 @@ def _bound_memory() -> None:
     import resource
 
     hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    bound = PAGE.worker_bytes if hard == resource.RLIM_INFINITY else min(hard, PAGE.worker_bytes)
+    bound = PAGE.data_bytes if hard == resource.RLIM_INFINITY else min(hard, PAGE.data_bytes)
     resource.setrlimit(resource.RLIMIT_DATA, (bound, hard))
 
 
