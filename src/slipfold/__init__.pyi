@@ -64,6 +64,7 @@ from slipfold.models.structures.contacts import ConstantLoad as ConstantLoad
 from slipfold.models.structures.contacts import ContactLoad as ContactLoad
 from slipfold.models.structures.contacts import FrictionContact as FrictionContact
 from slipfold.models.structures.contacts import ModulatedLoad as ModulatedLoad
+from slipfold.models.structures.forcing import BaseAcceleration as BaseAcceleration
 from slipfold.models.structures.forcing import BaseMotion as BaseMotion
 from slipfold.models.structures.forcing import HarmonicForce as HarmonicForce
 from slipfold.models.structures.forcing import MultiHarmonicForce as MultiHarmonicForce

@@ -70,3 +70,23 @@ def test_stiff_compliance_is_a_contact_load_while_it_is_pressed():
     linear = pad(sf.ContactLoad("y", Ns=5, kn=5), law)
     states = [sf.simulate(model, 1, start).states[-1] for model in (soft, linear)]
     np.testing.assert_allclose(*states, rtol=1e-8, atol=1e-10)
+
+
+def test_a_contact_in_the_plane_that_opens():
+    # Its multipliers against differences of trajectories over a period.
+    contact = FrictionContact(("x", "z"), sf.Coulomb(mu_k=0.3), sf.ContactLoad("y", Ns=0.5, kn=3.0),
+                              Vd=0.3, alpha=0.5)  # fmt: skip
+    model = Structure(np.eye(3), 0.2 * np.eye(3), np.diag([1.0, 2.0, 1.5]), names="x y z",
+                      contacts=contact, forcing=HarmonicForce("y", F=0.9), f=0.15)  # fmt: skip
+    orbit = sf.periodic_orbit(model)
+    assert orbit.extrema.of("N")[0] == 0
+    step, directions = 1e-6, np.eye(6)
+    ends = [
+        [sf.simulate(model, 1, orbit.state + sign * step * one).states[-1] for one in directions]
+        for sign in (1, -1)
+    ]
+    found = np.linalg.eigvals(np.subtract(*ends).T / (2 * step))
+    order = np.argsort(np.abs(found))
+    mine = np.asarray(orbit.multipliers)
+    expected = mine[np.argsort(np.abs(mine))]
+    np.testing.assert_allclose(np.abs(found[order]), np.abs(expected), atol=1e-6)

@@ -6,6 +6,8 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from slipfold import (
+    BaseAcceleration,
+    BaseMotion,
     CraigBampton,
     FreeInterface,
     HarmonicForce,
@@ -164,3 +166,24 @@ def test_massless_rotations_are_condensed(reduction):
     assert found == pytest.approx(full[names.index("w3")].real, rel=1e-9)
     lowest = np.sqrt(1 / np.linalg.eigvals(np.linalg.solve(k, m)).real.max()) / (2 * np.pi)
     assert model.natural_frequencies[0] == pytest.approx(lowest, rel=1e-10)
+
+
+def test_a_base_with_a_given_acceleration():
+    m, k, names = cantilever(2)
+    weights = {name: 1.0 for name in names if name[0] == "w"}
+    options = {"C": ProportionalDamping(beta_K=0.01), "K": k, "names": names, "f": 0.3}
+    driven = Structure(m, **options, forcing=BaseAcceleration("*:w", a=2.0, phi=0.4))
+    moved = Structure(m, **options, forcing=BaseMotion(weights, A=-2 / (0.6 * np.pi) ** 2, phi=0.4))
+    states = [periodic_orbit(model).state for model in (driven, moved)]
+    np.testing.assert_allclose(*states, rtol=1e-9)
+    twice = driven.replace(f=0.6)
+    exact = steady(twice, -2.0 * np.exp(0.4j) * m @ [weights.get(name, 0) for name in names])
+    np.testing.assert_allclose(periodic_orbit(twice).state, exact, rtol=1e-8)
+
+
+def test_a_proportional_damping_matrix_stays_diagonal_in_modal_coordinates():
+    m, k, _ = cantilever(6)
+    model = Structure(m, 1e-3 * k, k, reduction=ModalReduction(4), G=np.zeros((12, 12)))
+    assert np.count_nonzero(model.damping_matrix) == 4
+    expected = 1e-3 * np.diag(model.stiffness_matrix)
+    np.testing.assert_allclose(np.diag(model.damping_matrix), expected, rtol=1e-8)

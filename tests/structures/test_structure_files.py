@@ -85,6 +85,7 @@ def every_part():
             sf.HarmonicForce("q1", F=2, phi=0.3, harmonic=2),
             sf.TabulatedForce("q2", [1, 2, 4, 1, 0], factor=2, harmonics=1),
             sf.BaseMotion({"q1": 1, "q3": 1}, A="1mm", harmonic=3, name="base"),
+            sf.BaseAcceleration(a=9.81, phi=0.2, name="shaker"),
         ],
         watch={"relative": {"q1": 1, "q2": -1}},
         title="every part there is",

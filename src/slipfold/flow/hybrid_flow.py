@@ -121,9 +121,14 @@ class CompiledMode:
         """Return the derivatives of events in a mode without slow slip, and the row of an event."""
         same = [
             (item.ending, item.which, item.towards) == (event.ending, event.which, event.towards)
-            for item in self.events
+            for item in self._unscaled
         ]
         return self._event_slopes, same.index(True)
+
+    @property
+    def _unscaled(self) -> list[SwitchingEvent]:
+        """Events but those in scales, at which slow slip begins and ends; the motion goes on."""
+        return [event for event in self.events if not event.scaled]
 
     @cached_property
     def held_slopes(self) -> Slopes:
@@ -133,7 +138,7 @@ class CompiledMode:
     @cached_property
     def _event_slopes(self) -> Slopes:
         """Derivatives of what is zero at events, in a mode without slow slip."""
-        return Slopes([event.expression for event in self.events], self._mode.equations)
+        return Slopes([event.expression for event in self._unscaled], self._mode.equations)
 
     @cached_property
     def powers(self) -> StateFunction:

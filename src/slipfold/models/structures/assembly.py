@@ -165,9 +165,20 @@ class Assembly:
             return ()
         keys = [f"{name} {number}" for number in range(1, len(matrix.terms) + 1)]
         self.factors |= {key: text for key, (text, _) in zip(keys, matrix.terms, strict=True)}
-        basis = self.basis
-        projected = (basis.T @ np.asarray(part.array() @ basis) for part in matrix.parts)
+        projected = (self._projected(part.array()) for part in matrix.parts)
         return tuple(zip((None, *keys), projected, strict=True))
+
+    def _projected(self, matrix: Any) -> Array:
+        """Return a matrix in the retained coordinates, without entries that are rounding errors.
+
+        With modal coordinates each of them would be a term of the equations. Shapes: matrix (n, n).
+        """
+        basis = self.basis
+        result = basis.T @ np.asarray(matrix @ basis)
+        if self.reduced is not None:
+            sizes = abs(basis).T @ np.asarray(abs(matrix) @ abs(basis))
+            result[np.abs(result) < MATRICES.projected * sizes] = 0.0
+        return result
 
     def added(self, parts: tuple[tuple[str | None, Array], ...], values: Symbols) -> Array:
         """Return the sum of parts of a matrix at parameter values, shape (r, r)."""

@@ -22,6 +22,7 @@ from slipfold.models.structures.component import (
 )
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
 from slipfold.models.structures.forcing import (
+    BaseAcceleration,
     BaseMotion,
     HarmonicForce,
     MultiHarmonicForce,
@@ -58,7 +59,13 @@ COMPONENTS: dict[str, tuple[type[Component], ...]] = {
         GeometricSpring,
     ),
     "contacts": (FrictionContact,),
-    "forcing": (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion),
+    "forcing": (
+        HarmonicForce,
+        MultiHarmonicForce,
+        TabulatedForce,
+        BaseMotion,
+        BaseAcceleration,
+    ),
 }
 """Classes of components by the argument that takes them."""
 

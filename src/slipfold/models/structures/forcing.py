@@ -159,7 +159,25 @@ class MultiHarmonicForce(PeriodicForce, OneDirection):
 
 
 @dataclass(frozen=True)
-class BaseMotion(PeriodicForce):
+class _MovingBase(PeriodicForce):
+    """A base that shakes the structure: displacements are relative to it."""
+
+    inertial: ClassVar[bool] = True
+
+    along: Any = structural(
+        "the influence vector r: how each degree of freedom would move with the base if the "
+        "structure were rigid, as weights by name; None if all move by the same",
+        None,
+        as_direction,
+    )
+
+    @property
+    def _directions(self) -> tuple[Direction | None, ...]:
+        return (self.along,)
+
+
+@dataclass(frozen=True)
+class BaseMotion(_MovingBase):
     r"""A base that shakes the structure: :math:`u_b = A \cos(2\pi h f t + \varphi)`.
 
     Displacements are then relative to the base, and the force is :math:`-M r \ddot u_b`. The
@@ -173,26 +191,42 @@ class BaseMotion(PeriodicForce):
 
     title: ClassVar[str] = "base motion"
     amplitude: ClassVar[str] = "A"
-    inertial: ClassVar[bool] = True
 
-    along: Any = structural(
-        "the influence vector r: how each degree of freedom would move with the base if the "
-        "structure were rigid, as weights by name; None if all move by the same",
-        None,
-        as_direction,
-    )
     A: float = described(Parameter("A", 0.0, "m", "amplitude of the base's motion", symbol="$A$"))
     phi: float = described(_PHASE)
     harmonic: int = structural(_PERIODS, 1, checked_harmonic)
-
-    @property
-    def _directions(self) -> tuple[Direction | None, ...]:
-        return (self.along,)
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts of ``A (2 pi h f)^2`` in phase and out of phase; forces are these times masses."""
         rate = 2 * math.pi * self.harmonic * p["f"]
         return _leading(self.harmonic, p["A"] * rate * rate, p["phi"])
+
+
+@dataclass(frozen=True)
+class BaseAcceleration(_MovingBase):
+    r"""A base with a given acceleration: :math:`\ddot u_b = a \cos(2\pi h f t + \varphi)`.
+
+    It is that of a shaker that holds the acceleration while the frequency changes. Displacements
+    are relative to the base, and the force is :math:`-M r \ddot u_b`. The number h is `harmonic`.
+
+    Examples
+    --------
+    >>> BaseAcceleration("*:uz", a=9.81).a
+    9.81
+    """
+
+    title: ClassVar[str] = "base acceleration"
+    amplitude: ClassVar[str] = "a"
+
+    a: float = described(
+        Parameter("a", 0.0, "m/s^2", "amplitude of the base's acceleration", symbol="$a$")
+    )
+    phi: float = described(_PHASE)
+    harmonic: int = structural(_PERIODS, 1, checked_harmonic)
+
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Parts of ``-a`` in phase and out of phase; forces are these times masses."""
+        return _leading(self.harmonic, -p["a"], p["phi"])
 
 
 def _checked_samples(given: Any, title: str) -> tuple[float, ...]:

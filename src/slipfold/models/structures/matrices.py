@@ -31,6 +31,9 @@ class MatrixSettings:
     asymmetry: float = 1e-9
     # Size of entries of the inverse mass times a matrix, over the largest in the row, likewise
     rounding: float = 1e-15
+    # Size of an entry in modal coordinates over the sum of the sizes of its terms, likewise: a
+    # hundred roundings, since the shapes have errors, too
+    projected: float = 2e-14
     # Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular
     singular: float = 1e-13
     singular_sparse: float = 1e-11  # the same by Lanczos' method, which is less exact

@@ -76,7 +76,7 @@ class Structure(MechanicalModel):
     contacts
         `FrictionContact` objects.
     forcing
-        `HarmonicForce`, `MultiHarmonicForce`, `TabulatedForce`, `BaseMotion`.
+        `HarmonicForce`, `MultiHarmonicForce`, `TabulatedForce`, `BaseMotion`, `BaseAcceleration`.
     length_scale
         Displacements are in units of this length in m, rates in this length a second. Give about
         the amplitude: orbits are accepted at a residual of 1e-10 of it. Without it characteristic
