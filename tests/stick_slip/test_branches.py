@@ -52,18 +52,6 @@ def assert_marked(branch, point):
     assert (mark.parameter, mark.value) == (point.value, point.stuck_fraction)
 
 
-@pytest.mark.long
-def test_the_oscillator_doubles_its_period_while_it_sticks():
-    # Simulated motions settle on one period at 72 mm/s, on two at 79.
-    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.9, Vd=0.07))
-    branch, doubled = sf.response(orbit, vary="Vd", span=(0.07, 0.078)).branches
-    (point,) = branch.special
-    assert point.type == "PD"
-    assert 0.0725 < point.value < 0.0745
-    assert doubled.period == 2
-    assert branch.stuck_fraction.min() > 0.05
-
-
 ALONE = sf.Settings(largest_period=1)
 
 
@@ -144,37 +132,6 @@ def test_grazings_do_not_depend_on_the_span(seed):
     rng = np.random.default_rng(seed)
     low, high = rng.uniform(9, 11.7), rng.uniform(11.8, 13)
     assert_same_grazings(tuple(rng.permutation([low, high])))
-
-
-def test_slip_in_the_plane_that_is_caught_for_good_ends_the_branch():
-    # Slip knows nothing of static friction, so it touches zero where it does above.
-    model = sliding(0.3, 0.06, static=0.6)
-    (branch,) = sf.response(model, vary="Vd", span=(0.06, 0.05), settings=ALONE).branches
-    (point,) = branch.special
-    assert point.type == "GRAZE"
-    assert point.value == pytest.approx(0.0552587111, abs=1e-10)
-    assert branch.stopped.kind == "failed"
-    assert branch.stopped.value == point.value
-    assert "no orbit was found beyond" in branch.stopped.reason
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("last", [0.056, 0.08])
-def test_the_orbits_that_it_is_caught_on_cease_elsewhere(last):
-    orbit = sf.periodic_orbit(sliding(0.3, 0.055, static=0.6))
-    (branch,) = sf.response(orbit, vary="Vd", span=(0.055, last), settings=ALONE).branches
-    assert branch.stopped.kind in ("limit", "failed")
-    assert "no orbit was found" in branch.stopped.reason or "no other" in branch.stopped.reason
-    end = branch.stopped.value
-    assert end == pytest.approx(0.05535172, abs=2e-8)
-    assert branch.stuck_fraction.min() > 0.018
-    begin = branch.orbit(-1).state
-    sticks, slips = (
-        sf.simulate(sliding(0.3, speed, static=0.6), 300, begin)
-        for speed in (end - 1e-6, end + 1e-6)
-    )
-    assert sticks.stuck_fraction == pytest.approx(branch.stuck_fraction[-1], abs=2e-3)
-    assert slips.stuck_fraction == 0
 
 
 @pytest.mark.parametrize("seed", [None, 25, 33])
