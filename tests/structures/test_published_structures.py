@@ -1,6 +1,7 @@
 """Structures of the literature: closed forms, continuous bodies, symmetries, published examples."""
 
 import numpy as np
+import pytest
 from scipy.optimize import root
 
 import slipfold as sf
@@ -201,3 +202,42 @@ def test_bifurcations_of_a_chain_of_ten_masses():
     branch = followed(chain, lowest, 1.2 * lowest)
     assert sorted(point.type for point in branch.special) == ["LP", "LP", "NS", "NS"]
     agree(branch)
+
+
+def damped(law, load=0.3, force=1.0, f=0.9 / (2 * np.pi)):
+    """One mass with a damper and a contact with a wall."""
+    contact = sf.FrictionContact("q1", law, load=load, Vd=0, name="wall")
+    forcing = sf.HarmonicForce("q1", F=force)
+    return sf.Structure([[1]], [[0.05]], [[1]], contacts=contact, forcing=forcing, f=f)
+
+
+def energies(orbit):
+    """Energies of a cycle in J: put in, lost in the damper, lost in the contact."""
+    names = ("power_forcing", "power_damping", "power_friction_wall")
+    return [orbit.mean(name) * orbit.duration for name in names]
+
+
+def test_the_energy_of_a_cycle_is_lost_in_damper_and_contact():
+    orbit = sf.periodic_orbit(damped(sf.Regularized(sf.Coulomb(mu_k=0.5), e=0.1)))
+    given, damper, contact = energies(orbit)
+    assert given == pytest.approx(damper + contact, rel=1e-12)
+    _, speed = orbit.output("vq1", 1024)
+    _, force = orbit.output("Fx_wall", 1024)
+    assert contact == pytest.approx(-(speed * force).mean() * orbit.duration, rel=1e-12)
+    linear = sf.periodic_orbit(damped(sf.Regularized(sf.Coulomb(mu_k=1e-9), e=0.1)))
+    amplitude = abs(1 / (1 - 0.81 + 0.045j))
+    assert energies(linear)[1] == pytest.approx(np.pi * 0.05 * 0.9 * amplitude**2, rel=1e-6)
+
+
+@pytest.mark.parametrize("load", [0.3, 1.6])
+def test_dry_friction_loses_four_times_force_and_amplitude(load):
+    # Den Hartog, Forced vibrations with combined Coulomb and viscous friction, Transactions of the
+    # ASME 53 (1931) 107-115: between its turning points the friction force is constant. The larger
+    # load makes the mass stick there.
+    orbit = sf.periodic_orbit(damped(sf.Coulomb(mu_k=0.5), load=load))
+    assert (orbit.stuck_fraction > 0) == (load > 1)
+    given, damper, contact = energies(orbit)
+    moved = orbit.extrema_of("q1")
+    swing = float(np.ravel(moved.maximum)[0] - np.ravel(moved.minimum)[0])
+    assert contact == pytest.approx(2 * 0.5 * load * swing, rel=1e-6)
+    assert given == pytest.approx(damper + contact, rel=1e-6)
