@@ -24,8 +24,9 @@ class BalanceSettings:
     fewest: int = 8  # harmonics of a forcing period that are kept in any case
     guess: int = 2048  # samples of a forcing period for the first guess: resolve 1,000 harmonics
     samples: int = 6  # samples a harmonic: products of two series are free of aliasing from 4
-    more: float = 1.5  # factor of the harmonics by whose change the error is measured
-    spare: float = 0.1  # part of the tolerance that the guess may leave to harmonics left out
+    seen: float = 1e-4  # of scaled states, what the guess leaves to harmonics left out at first
+    more: float = 1.5  # factor by which harmonics grow; the change by it is their error
+    spare: float = 0.1  # part of the tolerance at which that change ends the growth
     steps: int = 12  # of Newton's method: from a guess that is nearly exact, 2 to 4 suffice
     close: float = 1e-11  # step in scaled states at which it ends: rounding is 1e-13 and more
     rank: float = 1e-12  # singular value, over the largest, of forces that do not vary
@@ -60,8 +61,9 @@ class HarmonicBalance(OneLine, ReadOnly):
         Floquet multipliers by Hill's determinant, in the order of the orbit's, shape (n_states,).
         Those below a tenth of the tolerance are the orbit's own.
     truncation
-        How much the states at the nodes (scaled) change from two thirds of the harmonics to all.
-        Their own error is smaller. Infinite where Newton's method did not converge.
+        How much the states at the nodes (scaled) and the multipliers (as below) change from two
+        thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. Infinite
+        where Newton's method did not converge.
     states
         Largest difference of the states at the orbit's nodes, in scaled states.
     duration
@@ -153,27 +155,39 @@ class GivenOrbit(NamedTuple):
 def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalance:
     """Find the periodic orbit near another by harmonic balance, and its multipliers.
 
-    Newton's method starts from the orbit's Fourier coefficients, as many as leave out less than a
-    tenth of the tolerance, as far as the condensed equations are no more than `largest`.
+    Newton's method starts from the orbit's Fourier coefficients. Harmonics are added until half as
+    many again change less than a tenth of the tolerance, or the condensed equations are `largest`.
     """
     model, period = orbit.model, orbit.period
     scales = model.state_scales()
     guess = np.fft.rfft(orbit.samples / scales, axis=0) / len(orbit.samples)
     tails = np.cumsum(2 * np.abs(guess).max(axis=1)[::-1])[::-1]  # of a harmonic and all above it
-    seen = int(np.count_nonzero(tails >= BALANCE.spare * tolerance))
     forces = _Equations(model, period, guess[: 2 * BALANCE.fewest], orbit.duration).inputs.shape[1]
-    most = int((largest / max(forces, 1) - 1) / 2 / BALANCE.more)
-    first = guess[: min(max(seen, BALANCE.fewest * period), most) + 1]
+    most = min(int((largest / max(forces, 1) - 1) / 2), len(guess) - 1)
+    seen = max(int(np.count_nonzero(tails >= BALANCE.seen)), BALANCE.fewest * period)
     # At a fold or branch point, of cycles besides the multiplier of their own direction
     singular = is_singular(orbit.multipliers, 0 if model.forced else 1)
-    coarse = _solve(model, period, first, orbit.duration, singular=singular)
-    more = int(BALANCE.more * len(first)) - len(first) + 1
-    padded = np.pad(coarse.harmonics, ((0, more), (0, 0)))
-    fine = _solve(model, period, padded, coarse.duration, singular=singular)
-    multipliers = _multipliers(fine, orbit.multipliers, BALANCE.spare * tolerance)
     phases: Array = np.arange(len(orbit.nodes)) / len(orbit.nodes)
-    nodes = _at(fine.harmonics, phases)
-    left_out = float(np.abs(_at(coarse.harmonics, phases) - nodes).max())
+    count = min(seen, int(most / BALANCE.more))
+    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    fine = _solve(model, period, guess[: count + 1], orbit.duration, singular=singular)
+    while True:
+        coarse, count = fine, min(int(BALANCE.more * count) + 1, most)
+        start = guess[: count + 1].copy()
+        if coarse.converged:
+            start[: len(coarse.harmonics)], start[len(coarse.harmonics) :] = coarse.harmonics, 0
+        fine = _solve(model, period, start, coarse.duration, singular=singular)
+        nodes = _at(fine.harmonics, phases)
+        left_out = float(np.abs(_at(coarse.harmonics, phases) - nodes).max())
+        settled = coarse.converged and fine.converged and left_out <= BALANCE.spare * tolerance
+        if settled or count == most:
+            before, multipliers = (
+                _multipliers(one, orbit.multipliers, BALANCE.spare * tolerance)
+                for one in (coarse, fine)
+            )
+            left_out = max(left_out, multiplier_difference(before, multipliers) / size)
+            if not left_out > BALANCE.spare * tolerance or count == most:
+                break
     apart = multiplier_difference(orbit.multipliers, multipliers)
     return HarmonicBalance(
         model,
@@ -184,7 +198,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
         max(left_out, fine.excess) if coarse.converged and fine.converged else np.inf,
         float(np.abs(orbit.nodes / scales - nodes).max()),
         abs(fine.duration / orbit.duration - 1),
-        apart / max(1.0, float(np.abs(orbit.multipliers).max())),
+        apart / size,
         tolerance,
     )
 
