@@ -219,3 +219,29 @@ def test_a_response_in_twenty_modes():
     assert branch.multiplier_uncertainty.max() < 1e-6
     orbit = sf.periodic_orbit(model.replace(f=branch.parameter[3]))
     np.testing.assert_allclose(orbit.state, branch.nodes[3, 0], atol=1e-8)
+
+
+SKEW = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]])
+WALL = {"load": 1.0, "Vd": 0.1}
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"G": {"omega": SKEW}},
+        {"H": {"omega": SKEW}},
+        {"K": {1: np.diag([3.0, 2, 1]), "omega^2": -0.01 * np.eye(3)}},
+        {"C": np.diag([1.0, 0, 0])},
+        {"contacts": sf.FrictionContact("x3", sf.Dahl(), **WALL)},
+        {"contacts": sf.FrictionContact("x3", sf.Coulomb(), **WALL)},
+    ],
+    ids=["gyroscopic", "circulatory", "softening", "coupled", "memory", "sticking"],
+)
+def test_what_couples_modes_is_left_to_the_flow(parts):
+    given = {"K": 100 * np.diag([3.0, 2, 1]), "C": None, "names": "x1 x2 x3"}
+    if "omega" in str(parts):
+        given["variables"] = sf.Parameter("omega", 1.0, "rad/s", "speed")
+    given["forcing"] = sf.HarmonicForce("x1", F=1.0)
+    mass = np.eye(3) + 0.1 * np.abs(SKEW)
+    assert shooting_for(sf.Structure(mass, **given, f=1e-3)) is ModalShooting
+    assert shooting_for(sf.Structure(mass, **{**given, **parts}, f=1e-3)) is Shooting

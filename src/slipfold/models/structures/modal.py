@@ -22,7 +22,9 @@ def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalFor
 
     Laws with memory have states that are no modes.
     """
-    if any(item.component.memory() for item in assembly.placed) or not assembly.symmetric:
+    coupled = assembly.gyroscopic or assembly.stiffening or assembly.circulatory
+    remembers = any(item.component.memory() for item in assembly.placed)
+    if coupled or remembers or not assembly.symmetric:
         return None
     squares, shapes, into = _modes(assembly)
     dampings = []
