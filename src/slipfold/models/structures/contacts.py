@@ -161,8 +161,8 @@ class ContactLoad(NormalLoad):
         replace(
             PULSATING_LIMIT,
             reason="lost contact: the normal force fell to {value:.3g} N; simulate and response "
-            "continue in free flight, with an exact law of friction; press harder or stay below "
-            "this value",
+            "continue in free flight, with an exact law of friction; with another law give a "
+            "ComplianceLoad, press harder or stay below this value",
         ),
     )
 

@@ -19,14 +19,14 @@ from slipfold.text import listed
 def read_matrix(path: Path, name: str) -> Any:
     """Read one matrix from a file."""
     ending = "".join(path.suffixes[-2:]).lower() if path.suffix == ".gz" else path.suffix.lower()
-    if ending not in _READERS:
+    if ending not in READERS:
         raise InputError(
             f"{path} ends in {ending or 'nothing'}, which is not known for matrices; give a file "
-            f"that ends in {', '.join(_READERS)}"
+            f"that ends in {', '.join(READERS)}"
         )
     _require_file(path, f"a matrix {name}")
     try:
-        content = _READERS[ending](path)
+        content = READERS[ending](path)
         return content[_chosen(content, path, name)] if isinstance(content, dict) else content
     except InputError:
         raise
@@ -142,7 +142,7 @@ def _read_output4(path: Path) -> Any:
     return op4.read(str(path), sparse=None)
 
 
-_READERS: dict[str, Callable[[Path], Any]] = {
+READERS: dict[str, Callable[[Path], Any]] = {
     ".npz": _read_npz,
     ".npy": partial(np.load, allow_pickle=False),
     ".mat": _read_mat,
