@@ -117,7 +117,7 @@ def test_pinned_curves_stay_and_have_names(explorer):
         explorer.type("Vd", 1)
     page.wait_for_function(
         "([selector, names]) => names.every((wanted) => document.querySelector(selector).data"
-        ".select(({ name, x }) => name === wanted && x.length > 0))",
+        ".some(({ name, x }) => name === wanted && x.length > 0))",
         arg=[
             f"{DIAGRAM} .plot-canvas",
             ["as published, stable", "Vd = 0.4\u202fm/s, stable", "live, stable"],
