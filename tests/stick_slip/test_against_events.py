@@ -140,8 +140,10 @@ def test_changes_of_two_contacts_that_meet_are_counted_once():
     model, _ = pair(0.13, 0.5)
     settings = sf.Settings(largest_period=1)
     (branch,) = sf.response(model, "f", (0.13, 0.1), settings=settings).branches
-    assert [point.type for point in branch.special] == ["STICK", "MEET", "STICK"]
-    assert branch.stopped.kind == "failed"
+    assert [point.type for point in branch.special] == ["STICK", "MEET", "STICK", "MEET"]
+    # Followed from 0.1095 upward, the last one is at 0.11085342594336.
+    assert branch.special[-1].value == pytest.approx(0.11085342594336, rel=1e-10)
+    assert branch.stopped.kind == "span"
     assert max(point.uncertainty for point in branch.special) < 1e-9
 
 
