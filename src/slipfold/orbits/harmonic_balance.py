@@ -30,6 +30,8 @@ class BalanceSettings:
     steps: int = 12  # of Newton's method: from a guess that is nearly exact, 2 to 4 suffice
     close: float = 1e-11  # step in scaled states at which it ends: rounding is 1e-13 and more
     rank: float = 1e-12  # singular value, over the largest, of forces that do not vary
+    many: int = 12  # states from which only multipliers are computed that may become critical:
+    decided: float = 0.1  # those of this modulus and more; each takes as long as the series
     sweeps: int = 8  # over the multipliers; from values right to 1e-8 the second changes nothing
     certain: float = 1e-4  # step of a multiplier's logarithm at which its harmonics are the right
     together: float = 1e-4  # relative distance of multipliers that count as one: half the digits
@@ -59,7 +61,8 @@ class HarmonicBalance(OneLine, ReadOnly):
         Duration of the whole orbit in seconds.
     floquet
         Floquet multipliers by Hill's determinant, in the order of the orbit's, shape (n_states,).
-        Those below a tenth of the tolerance are the orbit's own.
+        Those below a tenth of the tolerance are the orbit's own, of 12 states and more all below
+        0.1.
     truncation
         How much the states at the nodes (scaled) and the multipliers (as below) change from two
         thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. Infinite
@@ -170,6 +173,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
     phases: Array = np.arange(len(orbit.nodes)) / len(orbit.nodes)
     count = min(seen, int(most / BALANCE.more))
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    own = BALANCE.decided if len(scales) >= BALANCE.many else BALANCE.spare * tolerance
     fine = _solve(model, period, guess[: count + 1], orbit.duration, singular=singular)
     while True:
         coarse, count = fine, min(int(BALANCE.more * count) + 1, most)
@@ -182,8 +186,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
         settled = coarse.converged and fine.converged and left_out <= BALANCE.spare * tolerance
         if settled or count == most:
             before, multipliers = (
-                _multipliers(one, orbit.multipliers, BALANCE.spare * tolerance)
-                for one in (coarse, fine)
+                _multipliers(one, orbit.multipliers, own) for one in (coarse, fine)
             )
             left_out = max(left_out, multiplier_difference(before, multipliers) / size)
             if not left_out > BALANCE.spare * tolerance or count == most:
