@@ -244,4 +244,5 @@ def joined(edges: Array, segments: int) -> tuple[Array, Array]:
 def in_time(values: Array, segments: int) -> Array:
     """Return values of intervals in the order of time. Shapes: values (m, ...)."""
     shape = values.shape
-    return np.swapaxes(values.reshape(-1, segments, *shape[1:]), 0, 1).reshape(shape)
+    apart = values.reshape(len(values) // segments, segments, *shape[1:])
+    return np.swapaxes(apart, 0, 1).reshape(shape)

@@ -300,6 +300,8 @@ class ModalShooting(MeshDiscretization, Shooting):
         order, lengths = MESH.stages + 1, np.diff(self._mesh)
         density = np.zeros(len(lengths))
         for rates, error in self._resolved(solved):
+            if not rates.size:  # a linear model
+                continue
             found = steepness(self._mesh, in_time(rates, self.segments), self.points)
             density = np.maximum(density, found * (self.points.error / error) ** (1 / order))
         errors, turning = (density * lengths) ** order, self._turning(constants)
