@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -99,6 +101,13 @@ def test_spectrum(ax, doubled):
     assert {"$f$", "$f/2$", "mean"} < set(texts(ax))
     heights = ax.get_lines()[0].get_ydata()
     assert heights[1] == pytest.approx(0.2763272675, rel=1e-6)  # shared/reference/sliding.json
+
+
+def test_spectrum_of_micrometers_shows_the_lines_that_larger_ones_show(ax, doubled):
+    spectrum = find_spectrum(doubled)
+    small = replace(spectrum, coefficients=1e-6 * spectrum.coefficients)
+    draw_spectrum(small, "x", ax)
+    assert {"$f$", "$f/2$", "$3f/2$", "$2f$"} < set(texts(ax))
 
 
 def test_time_series(ax, doubled):

@@ -9,7 +9,9 @@ from slipfold import (
     BaseAcceleration,
     BaseMotion,
     CraigBampton,
+    CubicSpring,
     FreeInterface,
+    FrictionContact,
     HarmonicForce,
     ModalDamping,
     ModalReduction,
@@ -115,6 +117,26 @@ def test_cantilever_by_craig_bampton():
     assert 0 < report.error < 0.02
     assert "42 degrees" not in str(report)
     assert "40 degrees of freedom reduced to 7" in str(report)
+
+
+def test_what_a_reduced_structure_shows_is_where_something_acts():
+    m, k = chain(7)
+    four = dict.fromkeys(("q1", "q2", "q3", "q4"), 0.5)
+    parts = {
+        "contacts": FrictionContact({"q3": 1, "q2": -1}, load=1, Vd=0.5),
+        "elements": [CubicSpring("q7", k3=1, name="tip"), CubicSpring(four, k3=1, name="four")],
+        "forcing": [HarmonicForce("q5", F=1), BaseAcceleration("q1", a=1, name="base")],
+        "watch": {"tip": "q7", "turn": {"q7": 1, "q6": -1}},
+    }
+    model = Structure(m, None, k, reduction=ModalReduction(modes=2), **parts)
+    assert model.shown == ("tip", "turn", "q3", "q2", "q5")
+    assert set(model.shown) < {output.name for output in model.outputs()}
+    state = np.arange(1.0, 5.0)
+    whole = model.basis @ state[:2]
+    assert model.evaluate("q5", state) == pytest.approx(whole[4], rel=1e-14)
+    assert Structure(m, None, k, **parts).shown[:2] == ("q1", "q2")
+    one = model.replace(forcing=HarmonicForce("q5", F=1))
+    assert one.steady().shown == one.shown == model.shown
 
 
 def test_craig_bampton_with_all_modes_is_exact_and_guyan_is_static():

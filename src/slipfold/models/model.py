@@ -231,6 +231,11 @@ class Model(ABC):
         """Name of the parameter to vary first; None if none stands out."""
         return self.forcing_amplitude
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Names of the states or outputs that tables and figures show by default."""
+        return tuple(state.name for state in self.states)
+
     def outputs(self) -> tuple[Output, ...]:
         """Quantities of interest in addition to the states."""
         return ()

@@ -147,6 +147,11 @@ class Unforced(Model):
         )
 
     @property
+    def shown(self) -> tuple[str, ...]:
+        """What tables and figures of the forced model show by default."""
+        return self._base.shown
+
+    @property
     def start(self) -> Array:
         """Start of the forced model, shape (n_states,)."""
         return self.forced_model.start

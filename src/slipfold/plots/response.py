@@ -112,8 +112,8 @@ def draw_response(
 
 
 def _first_output(diagram: Diagram) -> str:
-    """Return the first state that is not a revolving angle, else the first state."""
-    names = [state.name for state in _curves([diagram])[0].model.states]
+    """Return the first of what is shown that is not a revolving angle, else the first."""
+    names = _curves([diagram])[0].model.shown
     turning = {
         name for branch in diagram.branches for name, count in branch.revolutions.items() if count
     }

@@ -18,6 +18,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.classification import reached, sampled_outputs
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.long_term.sweep import DOWN, UP
+from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import (
@@ -63,7 +64,7 @@ def draw_timeseries(
     per_period: int = 64,
 ) -> Axes:
     """Draw one output over time."""
-    output = output or solution.model.states[0].name
+    output = output or solution.model.shown[0]
     if isinstance(solution, Trajectory):
         time, values = solution.output(output, start, stop, per_period)
     else:
@@ -91,9 +92,8 @@ def draw_phase(
 
     By default these are the first state and its rate.
     """
-    names = [item.name for item in solution.model.states]
-    output = output or names[0]
-    against = against or _rate_or_other(names, output)
+    output = output or solution.model.shown[0]
+    against = against or _rate_or_other(solution.model, output)
     if isinstance(solution, Trajectory):
         start = max(solution.periods - periods, 0)
         columns = [solution.output(name, start, None, per_period)[1] for name in (output, against)]
@@ -117,14 +117,17 @@ def draw_phase(
     return ax
 
 
-def _rate_or_other(names: Sequence[str], output: str) -> str:
-    """Return what an output is drawn against: its rate if that has the usual name, or a state.
+def _rate_or_other(model: Model, output: str) -> str:
+    """Return what an output is drawn against: its rate if that has the usual name, or another.
 
-    >>> _rate_or_other(["x", "y", "vx", "vy"], "x"), _rate_or_other(["prey", "predator"], "prey")
-    ('vx', 'predator')
+    >>> from slipfold import SlidingOscillator
+    >>> _rate_or_other(SlidingOscillator(), "x")
+    'vx'
     """
+    states = [item.name for item in model.states]
     rate = f"v{output}"
-    return rate if rate in names else next((name for name in names if name != output), output)
+    others = (name for name in (*model.shown, *states) if name != output)
+    return rate if rate in states else next(others, output)
 
 
 def draw_spectrum(
@@ -133,15 +136,23 @@ def draw_spectrum(
     ax: Axes | None = None,
     color: str = "black",
     *,
-    floor: float = 1e-6,
+    floor: float | None = None,
     largest_order: float = 3.0,
     annotate: bool = True,
 ) -> Axes:
-    """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale."""
+    """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale.
+
+    Lines of less than `floor` are left out: 1e-6, or 1e-4 of the highest line if that is less.
+    """
     spectrum = solution.spectrum() if isinstance(solution, Simulation) else solution
-    output = output or spectrum.model.states[0].name
+    output = output or spectrum.model.shown[0]
     amplitude = spectrum.of(output)
-    shown = (spectrum.order <= largest_order * (1 + 1e-9)) & (amplitude > floor)
+    drawn = spectrum.order <= largest_order * (1 + 1e-9)
+    if floor is None:
+        # Relative to the highest, or vibration of a micrometer would leave the figure empty.
+        highest = float(amplitude[drawn].max(initial=0.0))
+        floor = min(1e-6, 1e-4 * highest) if highest > 0 else 1e-6
+    shown = drawn & (amplitude > floor)
     unit = spectrum.frequency[spectrum.periods] if spectrum.periods < len(spectrum.frequency) else 1
     tallest = amplitude[shown].max(initial=10 * floor)
     ax = _spectrum_axes(ax, label_of(spectrum.model, output), floor, tallest)
@@ -198,6 +209,7 @@ def draw_spectrum_at(
     chosen, row = min(
         zip(known, rows, strict=True), key=lambda pair: abs(pair[0].parameter[pair[1]] - at)
     )
+    output = output or diagram.model.shown[0]
     ax = draw_torus_spectrum(chosen.spectrum(row), output, ax, largest_order=largest_order)
     place = with_unit(f"{vary} = {chosen.parameter[row]:.6g}", unit)
     ax.set_title(f"tori {chosen.id}, {place}")
@@ -294,7 +306,7 @@ def draw_points(
         raise InputError(
             f"measure = {measure!r} is unknown; give {', '.join((STROBOSCOPIC, *MEASURE_NAMES))}"
         )
-    output = output or sweep.model.states[0].name
+    output = output or sweep.model.shown[0]
     ax = axes_or_new(ax)
     chosen = sweep.runs if runs is None else runs
     named: dict[str, Any] = {}
@@ -352,9 +364,8 @@ def draw_section(
     runs: Sequence[str] | None = None,
 ) -> Axes:
     """Draw states at phase zero at the value nearest to `at`: the stroboscopic section."""
-    names = [item.name for item in sweep.model.states]
-    output = output or names[0]
-    against = against or _rate_or_other(names, output)
+    output = output or sweep.model.shown[0]
+    against = against or _rate_or_other(sweep.model, output)
     ax = axes_or_new(ax)
     place = int(np.abs(sweep.values - at).argmin())
     flow, value = flow_of(sweep.model), sweep.values[place]
@@ -388,7 +399,7 @@ def draw_waterfall(
     fraction `floor` of the largest. Trajectories are windowed (Hann), so that a line is as wide as
     four steps of the frequency, and a peak as high as its amplitude.
     """
-    output = output or sweep.model.states[0].name
+    output = output or sweep.model.shown[0]
     ax = axes_or_new(ax)
     place = sweep.run(sweep.runs[0] if run is None else run)
     states = sweep.states[place]

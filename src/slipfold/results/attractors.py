@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.flow import flow_of
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.search import (
     ENDED,
@@ -141,12 +142,13 @@ class FoundAttractors(Result):
         return starts_notes(self.ends, self.labels, (self.labels == UNFINISHED).sum(), "starts")
 
     def _rows(self) -> PrintedTable:
-        output = self.model.states[0].name
+        output = self.model.shown[0]
+        column = flow_of(self.model).output_index(output)
         rows = []
         for item in self.attractors:
             fraction, count = self.fraction(item), (self.labels == item.id).sum()
             fractions = [f"{fraction.value:.3f}", f"{fraction.low:.3f} to {fraction.high:.3f}"]
-            ends = [number_text(item.minimum[0]), number_text(item.maximum[0])]
+            ends = [number_text(item.minimum[column]), number_text(item.maximum[column])]
             rows.append(
                 [str(item.id), in_words(item), str(count), *fractions, *ends, _growth(item)]
             )

@@ -210,7 +210,7 @@ class Diagram(CurveDiagram):
         ----------
         outputs
             States or outputs of which to show maximum and minimum over the continuous orbit; the
-            first two states if None.
+            first two of the model's `shown` if None.
 
         Raises
         ------
@@ -232,7 +232,7 @@ class Diagram(CurveDiagram):
 
     def _cells(self, outputs: Sequence[str] | None) -> PrintedTable:
         states = [state.name for state in self.model.states]
-        names = states[:2] if outputs is None else list(outputs)
+        names = list(self.model.shown[:2] if outputs is None else outputs)
         known = [*states, *(output.name for output in self.model.outputs())]
         for name in names:
             if name not in known:

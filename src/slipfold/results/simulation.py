@@ -224,8 +224,7 @@ class Simulation(Trajectory, Result):
         spectrum = self.spectrum(period)
         # Up to three times the forcing frequency.
         count = 3 * spectrum.periods + 1
-        names = [state.name for state in self.model.states]
-        amplitudes = {name: spectrum.of(name)[:count] for name in names}
+        amplitudes = {name: spectrum.of(name)[:count] for name in self.model.shown}
         return spectrum.frequency[:count], amplitudes
 
     def _record(self) -> dict[str, Any]:

@@ -18,7 +18,7 @@ READERS = {"result": given_text(argument("RESULT.nc", "A file written by --out."
 Output = Annotated[
     str | None,
     Option(
-        "Of a response, simulation or sweep: what to draw, by default the first state.",
+        "Of a response, simulation or sweep: what to draw, by default what its table shows first.",
         metavar="NAME",
     ),
 ]

@@ -137,7 +137,7 @@ def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "vary": vary,
         "span": first.get("span") or _span(model, vary),
-        "show": first.get("show") or model.states[0].name,
+        "show": first.get("show") or model.shown[0],
         "statistic": "max",
         "parameters": {},
     }

@@ -150,7 +150,7 @@ def _steps(
         return [
             f"solution = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
             "print(solution.summary())",
-            f'solution.plot("{model.states[0].name}").figure.savefig("solution.svg")',
+            f'solution.plot("{model.shown[0]}").figure.savefig("solution.svg")',
         ]
     assert orbit is not None  # what is left is an orbit
     names = [item.name for item in model.states]

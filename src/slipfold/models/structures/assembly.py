@@ -45,6 +45,9 @@ from slipfold.models.structures.reduction import Reduced, ReductionReport
 MAX_DEGREES = 200
 """Maximum degrees of freedom of a model; larger flows take minutes to compile and to run."""
 
+FEW = 3
+"""Most degrees of freedom of a direction that are outputs: of more, such as a pressure's, none."""
+
 FREQUENCY = positive("f", 1.0, "Hz", "forcing frequency", "$f$")
 LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in time")
 
@@ -84,7 +87,8 @@ class Assembly:
             Placed(component, f"{position}_", self._rows(component))
             for position, component in enumerate(definition.components)
         )
-        self.watched = tuple((name, self._row(item)) for name, item in self._watched_directions())
+        visible = (*self._watched_directions(), *self._acted_directions())
+        self.watched = tuple((name, self._row(item)) for name, item in visible)
         self.symmetric = all(part.asymmetry[0] < MATRICES.asymmetry for part in definition.K.parts)
         # Names of the parameters that switch off what is periodic in time
         self.amplitudes = tuple(
@@ -151,6 +155,17 @@ class Assembly:
         boundary = ((name, Direction(((name, 1.0),))) for name in names)
         more = (one for one in boundary if one not in watched)
         return (*watched, *more)
+
+    def _acted_directions(self) -> tuple[tuple[str, Direction], ...]:
+        """Return degrees of freedom where components act that are neither states nor watched."""
+        item, watched = self.definition, self._watched_directions()
+        hidden = {*item.names} - {*self.names} - {name for name, _ in watched}
+        parts = (*item.contacts, *item.elements, *item.forcing)
+        directions = (one for part in parts if not part.inertial for one in part._directions if one)
+        named = (name for one in directions if len(one.weights) <= FEW for name, _ in one.weights)
+        acted = ((name, Direction(((name, 1.0),))) for name in dict.fromkeys(named))
+        others = {direction for _, direction in watched}
+        return tuple((name, one) for name, one in acted if name in hidden and one not in others)
 
     def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
         damping = self.definition.C

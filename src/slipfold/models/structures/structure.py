@@ -277,6 +277,12 @@ class Structure(MechanicalModel):
         """Return its modes, which contacts, elements and forces excite."""
         return modal_form_of(self._assembly, c, phase)
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """Displacements; of a reduced structure those that are outputs, as its modes say little."""
+        physical = tuple(name for name, _ in self._assembly.watched)
+        return physical if physical and self._assembly.reduced else super().shown
+
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period 1/f in seconds; without forcing the ``duration``."""
         return 1.0 / p["f"] if self.forced else p["duration"]
