@@ -43,6 +43,11 @@ class PieceRules:
     same: float = 10.0
     # Maximum distance of a point of the next piece from the zero, over that of the guess
     astray: float = 30.0
+    # That distance, over the one tried, beyond which the next piece may be another curve that passes
+    # by: a square root leaves the zero at a right angle to the guess
+    doubtful: float = 3.0
+    # Maximum distance of the point halfway to the zero from it, over that of the point
+    halfway: float = 0.75
 
 
 PIECE = PieceRules()
@@ -317,6 +322,14 @@ def _expanded(computed: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None
     )
 
 
+def _is_connected(curve: Curve[P], point: P, z: Array) -> bool:
+    """Whether the piece of a point leads to an unknown: it has a point halfway there."""
+    away = point.z - z
+    length = float(np.linalg.norm(away))
+    middle = _solution(curve, z + away / 2, away / length, 0.0, z, PIECE.halfway * length)
+    return middle is not None and middle.piece == point.piece
+
+
 def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
     """Return a first point of the next piece, with its tangent away from where one ends; or None.
 
@@ -339,6 +352,8 @@ def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
                 continue
             away = point.z - z
             apart = float(np.linalg.norm(away))
+            if apart > PIECE.doubtful * distance and not _is_connected(curve, point, z):
+                continue
             point = curve.turned(point) if float(point.tangent @ away) < 0 else point
             return replace(point, arclength=last.arclength + apart + reach)
     return None
