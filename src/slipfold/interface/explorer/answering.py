@@ -33,8 +33,8 @@ from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import (
     orbit_view,
     send_exponents,
+    send_simulation,
     start_of,
-    stream_simulation,
     timed,
 )
 from slipfold.models.model import Model
@@ -197,7 +197,7 @@ class Answering:
 
 
 STREAMS: Mapping[str, Callable[..., None]] = {
-    "simulation": stream_simulation,
+    "simulation": send_simulation,
     "exponents": send_exponents,
     "basins": send_basins,
     "regimes": send_regimes,

@@ -175,7 +175,7 @@ class TrajectoryRequest(_ModelRequest):
 
 
 class SimulationRequest(TrajectoryRequest):
-    """A simulation, streamed while it is computed."""
+    """A simulation, with notes of its progress."""
 
     kind: Literal["simulation"]
     periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400  # of the forcing

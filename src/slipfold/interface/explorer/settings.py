@@ -23,7 +23,10 @@ class PageSettings:
     samples: int = 64
     max_samples: int = 4096  # maximum number of samples of one orbit
     orders: int = 8  # highest frequency shown, in forcing frequencies
-    piece: int = 16  # periods of a simulation that are sent together
+    # Extrema over time of a simulation: a column of pixels each on a wide screen
+    columns: int = 1000
+    least_samples: int = 8  # samples a period at least, where a column has many periods
+    piece: int = 16  # columns sampled together, after which a cancelled request is dropped
     # Error of exponents at which a computation ends: more digits than the page shows
     exponent_tolerance: float = 1e-6
     workers: int = 4  # maximum number of processes by default

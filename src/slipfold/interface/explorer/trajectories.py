@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
 from slipfold.computations.long_term import lyapunov, simulate
 from slipfold.declarations import default_of
 from slipfold.errors import InputError
 from slipfold.flow.contact_trajectory import ContactPhase
 from slipfold.flow.equilibrium import with_duration
-from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.simulate import simulate as integrate
@@ -107,10 +105,10 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
 TOLERANCE = default_of(simulate, "tolerance")
 
 
-def stream_simulation(
+def send_simulation(
     model: Model, request: SimulationRequest, emit: Emit, check: Check = lambda: None
 ) -> None:
-    """Integrate a solution and send it piece by piece."""
+    """Integrate a solution; send how far it is, and at its end what is drawn of it."""
     start = initial_state(model, start_of(model, request))
     # Autonomous solutions with contacts continue until they are steady, as in `slipfold.simulate`.
     until_steady = not model.forced and bool(contacts_of(model))
@@ -119,49 +117,45 @@ def stream_simulation(
         None if until_steady else request.periods,
         start,
         tolerance=TOLERANCE,
-        observer=lambda progress: check(),
+        observer=now_and_then(emit, check, _far if model.forced else _time),
     )
-    every = _step_between_samples(request.periods)
-    for first in range(0, result.periods, PAGE.piece):
-        emit(_piece(result, first, min(first + PAGE.piece, result.periods), every))
-    emit({**NOTHING, "done": True, **_classification(result), "contacts": contacts_view(result)})
+    # Apart, so that a page draws one and hears its reader before it draws the other.
+    emit({"sections": _sections(result, check), **_classification(result), "done": False})
+    emit({"contacts": contacts_view(result), "done": True})
 
 
-NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
+def _far(progress: Progress) -> dict[str, Any]:
+    return {"far": f"{progress.done} of {progress.total} periods"}
 
 
-def _step_between_samples(periods: int) -> int:
-    """Return how many samples make one drawn instant; a divisor of the samples a period."""
-    samples = max(PAGE.points / periods, 4)
-    return next(step for step in (1, 2, 4, 8, 16) if PAGE.samples / step <= samples or step == 16)
+def _time(progress: Progress) -> dict[str, Any]:
+    return {"far": progress.text}
 
 
-def _piece(trajectory: Trajectory, first: int, last: int, every: int) -> dict[str, Any]:
-    """Return the periods from one to another as a piece."""
-    model, flow = trajectory.model, flow_of(trajectory.model)
-    time, samples = trajectory.sampled(first, last, PAGE.samples)
-    values = samples.outputs().reshape(last - first, PAGE.samples, -1)  # states first
-    drawn = values[:, ::every].reshape(-1, values.shape[2])
+def _sections(trajectory: Trajectory, check: Check) -> dict[str, Any] | None:
+    """Return extrema of outputs over equal times; None if there is no period.
+
+    Outputs that are undefined somewhere are left out, such as slip over the speed of a wall.
+    """
+    count, names = trajectory.periods, flow_of(trajectory.model).output_names
+    if count == 0:
+        return None
+    width = -(-count // PAGE.columns)
+    samples = max(PAGE.samples // width, PAGE.least_samples)
+    pieces = []
+    for first in range(0, count, PAGE.piece * width):
+        check()
+        last = min(first + PAGE.piece * width, count)
+        values = trajectory.sampled(first, last, samples)[1].outputs()
+        begins = np.arange(0, len(values), width * samples)
+        pieces.append([extreme.reduceat(values, begins) for extreme in (np.minimum, np.maximum)])
+    low, high = map(np.concatenate, zip(*pieces, strict=True))
+    known = [i for i in range(len(names)) if np.isfinite(low[:, i] + high[:, i]).all()]
     return {
-        "t": short(time[::every]),
-        "states": {item.name: short(drawn[:, i]) for i, item in enumerate(model.states)},
-        "sections": {
-            "period": list(range(first, last)),
-            "duration": trajectory.forcing_period,
-            "start": {item.name: short(values[:, 0, i]) for i, item in enumerate(model.states)},
-            **_extrema(flow, values),
-        },
-        "done": False,
-    }
-
-
-def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
-    """Return extrema of outputs, without undefined ones, such as slip over the speed of a wall."""
-    text = [i for i in range(values.shape[2]) if np.isfinite(values[..., i]).all()]
-    low, high = values.min(axis=1), values.max(axis=1)
-    return {
-        "max": {flow.output_names[i]: short(high[:, i]) for i in text},
-        "min": {flow.output_names[i]: short(low[:, i]) for i in text},
+        "count": len(low),
+        "duration": width * trajectory.forcing_period,
+        "max": {names[i]: short(high[:, i]) for i in known},
+        "min": {names[i]: short(low[:, i]) for i in known},
     }
 
 

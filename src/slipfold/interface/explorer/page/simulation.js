@@ -1,4 +1,4 @@
-/** A simulation period by period, its Lyapunov exponents, and their panel. */
+/** A simulation, its Lyapunov exponents, and their panel. */
 
 import { ContactPanel } from "./contacts.js";
 import { valueTitle } from "./diagram_plot.js";
@@ -14,7 +14,7 @@ const PERIODS = 600;
 const ROUND = 4;
 
 export class Simulation {
-  /** Announces `{isRunning, verdict, sections, x}` whenever something has come. */
+  /** Announces `{isRunning, verdict, max, min, x}` whenever something has come. */
   changed = new Signal();
   state = nothing();
   #session;
@@ -73,10 +73,11 @@ export class Simulation {
     this.#run({ start, perturbation: { [name]: share * size }, periods: PERIODS });
   }
 
-  /** Stop computing; what has come stays. */
+  /** Stop computing. */
   stop(why = null) {
     this.#session.requests.cancel("simulation");
-    const verdict = `Stopped after ${this.#progress}${why ? `: ${why}` : ""}.`;
+    const { far } = this.state;
+    const verdict = `Stopped${far ? ` after ${far}` : ""}${why ? `: ${why}` : ""}.`;
     this.#become({ isRunning: false, verdict });
   }
 
@@ -119,26 +120,16 @@ export class Simulation {
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ sections, done, verdict, duration = null, contacts = null }) {
-    const { max, min } = this.state;
-    const count = this.state.count + (sections?.period.length ?? 0);
-    this.#become({
-      count,
-      cycle: duration,
-      interval: sections?.duration ?? this.state.interval,
-      max: sections ? joined(max, sections.max) : max,
-      min: sections ? joined(min, sections.min) : min,
-      isRunning: !done,
-      contacts,
-    });
-    const told = contacts?.words ? `${verdict}. ${contacts.words}` : verdict;
-    this.#become({ verdict: done ? told : `After ${this.#progress}…` });
-  }
-
-  get #progress() {
-    const { count } = this.state;
-    const isForced = this.#session.model.forced;
-    return isForced ? `${count} of ${PERIODS} periods` : `${formatted(this.timeAt(count), 3)}\u202fs`;
+  #take({ far, sections, done, verdict, duration = null, contacts = null }) {
+    if (far) {
+      this.#become({ far, verdict: `After ${far}…` });
+    } else if (done) {
+      const told = contacts?.words ? `${this.state.verdict}. ${contacts.words}` : this.state.verdict;
+      this.#become({ isRunning: false, contacts, verdict: told });
+    } else {
+      const { count, duration: interval, max, min } = sections ?? nothing();
+      this.#become({ count, interval, max, min, cycle: duration, verdict });
+    }
   }
 
   /** Periods, or intervals, over which the motion passes wherever it does. */
@@ -162,18 +153,13 @@ function systemOf(view) {
 
 function nothing() {
   return {
-    isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, contacts: null,
+    isRunning: false, verdict: "", far: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, contacts: null,
   };
 }
 
 /** Of each value and so many before it, the extreme one. */
 function latest(values, count, extreme) {
   return values.map((_, i) => extreme(...values.slice(Math.max(i + 1 - count, 0), i + 1)));
-}
-
-function joined(before, more) {
-  return Object.fromEntries(
-    Object.entries(more).map(([name, values]) => [name, [...(before[name] ?? []), ...values]]));
 }
 
 /** Errors by which an exponent differs from zero if it is said to, as the server judges it. */
@@ -285,6 +271,7 @@ export class SimulationPanel {
   #stop;
   #clear;
   #fromOrbit;
+  #drawn = [];
 
   constructor(session, simulation, diagram, orbits) {
     this.#session = session;
@@ -327,6 +314,10 @@ export class SimulationPanel {
     this.#plot.node.hidden = count === 0 && this.#session.model.contacts.length === 0;
     this.#plot.node.classList.toggle("absent", count === 0);
     const { show, statistic, vary } = this.#session.view;
+    const { max, cycle } = this.#simulation.state;
+    const drawn = [max, cycle, show, statistic, vary, Boolean(this.#session.diagram)];
+    if (drawn.every((item, i) => item === this.#drawn[i])) return;
+    this.#drawn = drawn;
     const y = this.#simulation.values(show, statistic);
     const isSame = this.#simulation.state.view?.vary === vary;
     if (this.#session.diagram) diagram.simulated(y.length && isSame ? { x, y } : null);
