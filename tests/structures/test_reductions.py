@@ -144,8 +144,8 @@ def test_accuracies_that_cannot_be(reduction, words):
     assert words in str(caught.value)
 
 
-def test_rounding_of_a_fine_beam_is_stated():
-    count = 400
+def beam(count):
+    """A free beam of the length, mass and stiffness one, of elements with lumped masses."""
     h = 1 / count
     bent = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
                      [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])  # fmt: skip
@@ -154,6 +154,33 @@ def test_rounding_of_a_fine_beam_is_stated():
         own = slice(first, first + 4)
         k[own, own] += bent / h**3
         m[own, own] += np.diag([h / 2, h**3 / 24, h / 2, h**3 / 24])
+    return m, k
+
+
+@pytest.mark.parametrize("count", [12, 50, 400])
+@pytest.mark.parametrize(
+    "reduction", [sf.FreeInterface(modes=6), sf.CraigBampton(["q1", "q2"], modes=6)]
+)
+def test_rounding_of_rigid_body_modes_is_no_stiffness_and_no_error(count, reduction):
+    m, k = beam(count)
+    model = sf.Structure(m, None, k, forcing=sf.HarmonicForce("q1", F=1), reduction=reduction)
+    report = model.reduction_report
+    assert not model.natural_frequencies[:2].any()
+    assert not report.exact[:2].any()
+    # A free beam, cos(x) cosh(x) = 1; lumped masses have errors of second order.
+    assert report.frequencies[2] == pytest.approx(
+        4.73004074486270**2 / (2 * np.pi), rel=6 / count**2
+    )
+    assert report.errors[:4].max() < 2e-2
+    assert report.receptance_error < 1  # it was 1e9 by rounding
+    assert model.notes == (
+        f"2 of {len(report.exact)} modes have no stiffness: only elements, contacts and other "
+        "matrices can hold them",
+    )
+
+
+def test_rounding_of_a_fine_beam_is_stated():
+    m, k = beam(400)
     model = sf.Structure(m[2:, 2:], None, k[2:, 2:], reduction=sf.ModalReduction(modes=2))
     report = model.reduction_report
     exact = 1.87510406871196**2 / (2 * np.pi)

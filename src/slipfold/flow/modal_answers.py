@@ -161,7 +161,7 @@ class ModalAnswers:
         theta, half = self._stiffness, self._damping.real / 2
         nu = np.sqrt(np.abs(theta - half**2))
         over = theta < half**2
-        vibration = np.sqrt(theta)
+        vibration = np.sqrt(np.abs(theta))  # below zero only if `over`: rounding of a free mode
         slow = np.where(over, theta / np.maximum(half + nu, 1e-300), vibration)
         fast = np.where(over, half + nu, vibration)
         near = fast <= SERIES.far

@@ -52,6 +52,22 @@ class LowestModes:
             self._squares, self._shapes = lowest_modes(self._stiffness, self._mass, several)
         return self._squares[:count], self._shapes[:, :count]
 
+    @property
+    def free(self) -> int:
+        """Number of rigid-body modes."""
+        rounding = self.rounding  # computes some modes
+        return int(np.searchsorted(self._squares, rounding, side="right"))
+
+    @cached_property
+    def rounding(self) -> float:
+        """Size of rounding errors of squared circular frequencies of rigid-body modes."""
+        squares, shapes = self.first(min(self.most, 8))
+        masses = np.sum(shapes * (self._mass @ shapes), axis=0)
+        sums = np.sum(np.abs(shapes) * (abs(self._stiffness) @ np.abs(shapes)), axis=0) / masses
+        # Full matrices have the rounding errors of their fastest mode; all modes are known then.
+        largest = max(sums.max(), 4.0 * self._squares[-1])
+        return float(max(np.finfo(float).eps * largest, MATRICES.free**2 * squares[-1]))
+
     def count_up_to(self, frequency: float) -> int:
         """Return the number of modes up to a frequency in Hz."""
         highest = (2 * math.pi * frequency) ** 2
@@ -104,7 +120,11 @@ class FullStructure:
         return self.diagonal(squares, shapes @ mixed)
 
     def diagonal(self, squares: Array, shapes: Array) -> Coordinates:
-        """Return modal coordinates in m: the largest displacement of each shape is one."""
+        """Return modal coordinates in m: the largest displacement of each shape is one.
+
+        Rigid-body modes have no stiffness: rounding errors of it would let them drift apart.
+        """
+        squares = np.where(np.abs(squares) <= self.modes.rounding, 0.0, squares)
         largest = np.abs(shapes).argmax(axis=0)
         shapes = shapes / shapes[largest, np.arange(shapes.shape[1])]
         return Coordinates(squares, shapes, np.sum(shapes * (self.mass @ shapes), axis=0))
@@ -112,7 +132,7 @@ class FullStructure:
     def _lowest(self) -> tuple[Array, Array, int]:
         """Return some modes, and the position of the lowest that is no rigid-body motion."""
         squares, shapes = self.modes.first(min(self.modes.most, 8))
-        return squares, shapes, int(np.argmax(squares > MATRICES.free**2 * squares[-1]))
+        return squares, shapes, min(self.modes.free, len(squares) - 1)
 
     @property
     def rounding(self) -> float:
@@ -168,8 +188,8 @@ class FullStructure:
 
     def samples(self, band: float) -> tuple[Array, Array]:
         """Return some natural frequencies in Hz up to `band`, and frequencies between them."""
-        peaks = np.sqrt(np.maximum(self.modes.first(self.modes.count_up_to(band))[0], 0.0))
-        peaks = peaks[peaks > MATRICES.free * band] / (2 * math.pi)
+        squares = self.modes.first(self.modes.count_up_to(band))[0]
+        peaks = np.sqrt(squares[self.modes.free :]) / (2 * math.pi)
         between = (np.append(0.0, peaks) + np.append(peaks, band)) / 2
         return _thinned(peaks), np.union1d(_thinned(between), [band])
 

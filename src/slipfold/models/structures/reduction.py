@@ -125,9 +125,11 @@ class Reduced:
         """Compare the coordinates with the full structure."""
         squares = self.coordinates.squares
         directions = self.full.directions.shape[1]
+        exact = _frequencies(self.full.modes.first(len(squares))[0])
+        exact[: self.full.modes.free] = 0.0  # without rounding errors
         return ReductionReport(
             _frequencies(squares),
-            _frequencies(self.full.modes.first(len(squares))[0]),
+            exact,
             self.band,
             self.full.modes.size,
             self.full.error(self.coordinates, self.band) if directions else math.nan,
