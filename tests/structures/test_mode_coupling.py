@@ -70,6 +70,8 @@ def shown_are_frequencies_and_dampings(diagram, highest=4.3):
         numbers = [value for value in found if np.isfinite(value)]
         for value in expected:
             assert np.abs(np.array(numbers) - value).min() < 1e-7
+    curves = [line.get_ydata() for line in upper.lines if len(line.get_ydata()) > 2]
+    assert np.nanmin(curves) > 0.5 * exact.imag.min() / (2 * np.pi)  # what is left out is no zero
     plt.close("all")
 
 

@@ -17,6 +17,9 @@ from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.plots.style import label_axis, palette
 from slipfold.results.diagram import Diagram
 
+NOTHING = complex(math.nan, math.nan)
+"""What is not drawn: a real NaN would leave a frequency of zero."""
+
 BETWEEN = 12
 """Values drawn from one point of a branch to the next: frequencies that meet do so like a root."""
 
@@ -44,10 +47,10 @@ def draw_eigenvalues(diagram: Diagram, *, highest: float = math.inf, axes: Any =
         first = np.nanmin(np.where(shown, eigenvalues.imag, np.inf)[:, columns], axis=0)
         columns = columns[np.argsort(first)]
         for column, color in zip(columns, palette(len(columns)), strict=True):
-            mode = np.where(shown[:, column], eigenvalues[:, column], np.nan)
+            mode = np.where(shown[:, column], eigenvalues[:, column], NOTHING)
             for dots, part in ((False, mode.real <= 0), (True, mode.real > 0)):
                 style = {"color": color, "linestyle": ":" if dots else "-"}
-                there = np.where(part, mode, np.nan)
+                there = np.where(part, mode, NOTHING)
                 upper.plot(values, there.imag / (2 * math.pi), **style)
                 lower.plot(values, -100 * there.real / np.abs(there), **style)
         for point in branch.special:
