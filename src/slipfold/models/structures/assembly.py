@@ -157,9 +157,13 @@ class Assembly:
         return (*watched, *more)
 
     def _acted_directions(self) -> tuple[tuple[str, Direction], ...]:
-        """Return degrees of freedom where components act that are neither states nor watched."""
+        """Return degrees of freedom where components act that are neither states nor watched.
+
+        Those without mass move with the force itself, too, and are left out.
+        """
         item, watched = self.definition, self._watched_directions()
-        hidden = {*item.names} - {*self.names} - {name for name, _ in watched}
+        seen = {*self.names, *item.massless, *(name for name, _ in watched)}
+        hidden = {*item.names} - seen
         parts = (*item.contacts, *item.elements, *item.forcing)
         directions = (one for part in parts if not part.inertial for one in part._directions if one)
         named = (name for one in directions if len(one.weights) <= FEW for name, _ in one.weights)
