@@ -130,6 +130,16 @@ def test_it_is_put_away_and_comes_back(new_tab):
     expect(explorer.page.locator("#plane")).to_be_hidden()
 
 
+def test_what_is_stopped_is_unfinished(new_tab):
+    never_done = new_tab.holding(lambda answer: answer["kind"] == "plane" and answer["done"])
+    never_done.is_on = True
+    explorer = new_tab.open("model=sliding", plane=True)
+    expect(legend(explorer).first).to_be_visible()
+    explorer.page.locator(".progress").get_by_role("button", name="Stop").click()
+    told = "Stopped; the bifurcation set is unfinished."
+    expect(explorer.page.locator(".progress [role=status]")).to_have_text(told)
+
+
 SHADES = """async (combinations) => {
   const { regionColor } = await import("/page/plane_plot.js");
   const { colors } = await import("/page/theme.js");

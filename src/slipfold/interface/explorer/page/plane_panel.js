@@ -162,6 +162,13 @@ function distinct(keys) {
   return [...new Map(keys.map((key) => [key.name, key])).values()];
 }
 
+/** What is said when its computation is stopped, by what is drawn. */
+const STOPPED = {
+  nothing: "Stopped before anything was found.",
+  part: "Stopped; the bifurcation set is unfinished.",
+  others: "Stopped; the bifurcation set that is drawn belongs to other values.",
+};
+
 const COMPUTING = "Computing the bifurcation set…";
 const AXES = { x: "Across", y: "Up" };
 
@@ -172,6 +179,7 @@ export class PlaneControls {
   progress = element("div", { class: "progress" });
   #session;
   #rows;
+  #drawn = "nothing";
   #words = element("span", { role: "status" });
   #stop = element("button", {
     type: "button", class: "quiet", hidden: true, on: { click: () => this.#cancel() },
@@ -240,7 +248,9 @@ export class PlaneControls {
     this.#session.store.commit({ ...this.#session.view, plane });
   }
 
-  #changed({ answer, progress, stale }) {
+  #changed({ answer, progress, stale, loci, lines = [] }) {
+    if (answer || loci || lines.length > 0) this.#drawn = "part";
+    else if (stale && !progress && !this.#session.store.isLive && this.#drawn === "part") this.#drawn = "others";
     if (answer) this.#idle("");
     else if (progress) this.#working(progress);
     else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
@@ -271,7 +281,7 @@ export class PlaneControls {
 
   #cancel() {
     this.#session.requests.cancel("plane");
-    this.#idle("Stopped; the bifurcation set belongs to other values.");
+    this.#idle(STOPPED[this.#drawn]);
   }
 }
 
