@@ -18,6 +18,9 @@ const MOVED = 4;
 const KEY_STEPS = 200;
 const FAINT = 0.4;
 
+/** Dots of a simulation that are drawn without delay; more are thinned out. */
+const DOTS = 600;
+
 export class DiagramPlot {
   /** The element to put on the page. */
   node = element("div", {
@@ -158,7 +161,9 @@ export class DiagramPlot {
   }
 
   #simulatedTraces(color) {
-    const { x = 0, y = [] } = this.#simulated ?? {};
+    const { x = 0, y: all = [] } = this.#simulated ?? {};
+    const step = Math.ceil(all.length / DOTS);
+    const y = all.filter((_, i) => (all.length - 1 - i) % step === 0);
     const [fx, fy] = factors(this.#session.diagram);
     const tint = color("simulation");
     const opacity = y.map((_, i) => 0.15 + (0.6 * (i + 1)) / y.length);
