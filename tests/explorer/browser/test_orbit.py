@@ -92,9 +92,21 @@ def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
         "(start) => document.querySelector('.tip-group').getAttribute('transform') !== start",
         arg=start,
     )
-    speed = page.locator("#orbit").get_by_label("Slow motion")
+    speed = page.locator("#orbit").get_by_label("Speed of the motion")
     factor = page.locator("#orbit .factor").inner_text()
     speed.press("ArrowRight")
     expect(page.locator("#orbit .factor")).not_to_have_text(factor)
+    expect(page.locator("#orbit .player label")).to_have_text("slow motion")
+    speed.press("Home")
+    expect(page.locator("#orbit .player label")).to_have_text("fast motion")
+    expect(page.locator("#orbit .factor")).to_have_text("32 : 1")
     page.get_by_role("button", name="Pause the motion").click()
     expect(play).to_be_visible()
+
+
+def test_an_equilibrium_has_frequencies_and_damping_ratios(brake):
+    brake.open("")
+    told = "rightmost eigenvalue: 31.8"  # Hz: 200 rad/s
+    expect(brake.page.locator("#orbit-title")).to_contain_text(told)
+    expect(brake.page.locator("#orbit-title")).to_contain_text("Hz, damping ratio 1.874")
+    expect(brake.page.locator("#plot-eigenvalues .dot")).to_have_count(1)

@@ -35,6 +35,17 @@ def test_from_rest_it_settles_on_the_stable_branch(explorer):
     assert abs(explorer.pixel(0.02, max(y[:5]))[1] - height) > 10
 
 
+def test_what_has_not_settled_is_simulated_for_as_long_as_is_advised(explorer):
+    explorer.open("model=sliding&p.Nd=0.06")
+    page = explorer.page
+    page.get_by_role("button", name="From rest").click()
+    expect(page.locator(".verdict")).to_contain_text("simulate 6000")
+    page.get_by_role("button", name="Simulate 6000 periods").click()
+    page.get_by_role("button", name="Simulate 20000 periods").wait_for()
+    expect(page.locator(".verdict")).to_contain_text("simulate 60000")
+    page.get_by_role("button", name="Clear").click()
+
+
 def test_from_an_orbit_nudged_off_it_and_cleared(explorer):
     explorer.open("model=sliding&p.Nd=0.02")
     explorer.orbit_shown(1)

@@ -174,11 +174,15 @@ class TrajectoryRequest(_ModelRequest):
     perturbation: Values = {}  # added to the states, by name
 
 
+MOST_PERIODS = 20_000
+"""Maximum number of periods of a simulation."""
+
+
 class SimulationRequest(TrajectoryRequest):
     """A simulation, with notes of its progress."""
 
     kind: Literal["simulation"]
-    periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400  # of the forcing
+    periods: Annotated[int, Field(ge=1, le=MOST_PERIODS, strict=True)] = 400  # of the forcing
 
 
 class ExponentsRequest(TrajectoryRequest):

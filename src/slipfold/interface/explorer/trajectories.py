@@ -18,6 +18,7 @@ from slipfold.flow.simulate import initial_state
 from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
 from slipfold.interface.explorer.messages import (
+    MOST_PERIODS,
     ExponentsRequest,
     SimulationRequest,
     TrajectoryRequest,
@@ -120,7 +121,11 @@ def send_simulation(
         observer=now_and_then(emit, check, _far if model.forced else _time),
     )
     # Apart, so that a page draws one and hears its reader before it draws the other.
-    emit({"sections": _sections(result, check), **_classification(result), "done": False})
+    advised = min(10 * result.periods, MOST_PERIODS)
+    goes_on = not (until_steady or result.settlement.settled or result.stopped is not None)
+    longer = advised if goes_on and advised > result.periods else None
+    sections = _sections(result, check)
+    emit({"sections": sections, **_classification(result), "longer": longer, "done": False})
     emit({"contacts": contacts_view(result), "done": True})
 
 

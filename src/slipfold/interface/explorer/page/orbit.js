@@ -188,27 +188,36 @@ function eigenvalues() {
     plot,
     fits: isEquilibrium,
     draw: ({ answer }) => {
-      const [re, im] = [0, 1].map((part) => answer.eigenvalues.map((value) => value[part]));
-      const far = [re, im].map((part) => 1.2 * Math.max(...part.map(Math.abs)) || 1);
-      const right = re.filter((value) => value > 0).length;
+      const modes = answer.eigenvalues.filter(([, im]) => im >= 0).map(modeOf);
+      const far = 1.2 * Math.max(...modes.map(({ damping }) => Math.abs(damping))) || 1;
+      const top = 1.2 * Math.max(...modes.map(({ frequency }) => frequency)) || 1;
+      const right = answer.eigenvalues.filter(([re]) => re > 0).length;
       plot.draw({
-        x: { label: "real part (1/s)", range: [-far[0], far[0]] },
-        y: { label: "imaginary part (1/s)", range: [-far[1], far[1]] },
+        x: { label: "damping ratio (%)", range: [-far, far] },
+        y: { label: "frequency (Hz)", range: [-0.05 * top, top] },
         lines: [
-          { x: [-far[0], far[0]], y: [0, 0], tint: "faint dash" },
-          { x: [0, 0], y: [-far[1], far[1]], tint: "faint" },
+          { x: [-far, far], y: [0, 0], tint: "faint dash" },
+          { x: [0, 0], y: [-0.05 * top, top], tint: "faint" },
         ],
-        dots: answer.eigenvalues.map(([x, y]) => ({ x, y, tint: x > 0 ? "outside" : "inside" })),
-      }, `Eigenvalues in 1/s: ${answer.eigenvalues.map(complexText).join(", ")}; ${right} with a positive real part`);
+        dots: modes.map(({ damping, frequency }) =>
+          ({ x: damping, y: frequency, tint: damping < 0 ? "outside" : "inside" })),
+      }, `Eigenvalues: ${answer.eigenvalues.filter(([, im]) => im >= 0).map(modeText).join("; ")}; ${right} with a positive real part`);
     },
     point: () => {},
   };
 }
 
-/** A complex number in words of its parts. */
-function complexText([re, im]) {
-  if (im === 0) return formatted(re, 4);
-  return `${formatted(re, 4)} ${im < 0 ? "−" : "+"} ${formatted(Math.abs(im), 4)}i`;
+/** Of an eigenvalue the frequency in Hz and the damping ratio in per cent, as figures have them. */
+function modeOf([re, im]) {
+  const damping = re === 0 ? 0 : (-100 * re) / Math.hypot(re, im);
+  return { damping, frequency: Math.abs(im) / (2 * Math.PI) };
+}
+
+/** An eigenvalue in words; one that does not oscillate is a rate. */
+function modeText([re, im]) {
+  if (im === 0) return `${formatted(re, 4)}\u202f1/s`;
+  const { damping, frequency } = modeOf([re, im]);
+  return `${formatted(frequency, 4)}\u202fHz, damping ratio ${formatted(damping, 4)}\u202f%`;
 }
 
 /** The states that are not rates of others: displacements. */
@@ -334,9 +343,7 @@ function titleOf(answer, place, vary, isForced) {
   // On a special point it is rounding that says on which side of stability it is.
   const kind = place.special ? place.special.words : answer.stable ? "stable" : "unstable";
   if (answer.eigenvalues) {
-    const [[re, im]] = answer.eigenvalues;
-    const pair = im === 0 ? formatted(re) : `(${complexText([re, Math.abs(im)]).replace("+", "±")})`;
-    return `${at}: equilibrium, ${kind}; rightmost eigenvalue ${pair}\u202f1/s`;
+    return `${at}: equilibrium, ${kind}; rightmost eigenvalue: ${modeText(answer.eigenvalues[0])}`;
   }
   const largest = (values) => formatted(Math.max(0, ...values.map(([re, im]) => Math.hypot(re, im))), 4);
   if (isForced) return `${at}: period ${answer.period}, ${kind}; largest multiplier ${largest(answer.multipliers)}`;

@@ -80,10 +80,11 @@ export class Player {
     on: { input: () => this.#cursor.scrub(Number(this.#phase.value)) },
   });
   #speed = element("input", {
-    type: "range", min: "-1.5", max: "2.6", step: "0.05", class: "speed", "aria-label": "Slow motion",
+    type: "range", min: "-1.5", max: "2.6", step: "0.05", class: "speed", "aria-label": "Speed of the motion",
     on: { input: () => this.#slow() },
   });
   #factor = element("output", { class: "factor" });
+  #name = element("span");
 
   /** @param {{moment?: string, motion?: string}} [words] what runs, where two stand on one page */
   constructor(cursor, { moment = "Moment in the orbit", motion = "the motion" } = {}) {
@@ -91,7 +92,7 @@ export class Player {
     this.#motion = motion;
     this.#phase.setAttribute("aria-label", moment);
     this.node = element("div", { class: "player" }, this.#play, this.#phase,
-      element("label", {}, element("span", {}, "slow motion"), this.#speed), this.#factor);
+      element("label", {}, this.#name, this.#speed), this.#factor);
     cursor.moved.subscribe((phase) => { this.#phase.value = String(phase); });
     cursor.toggled.subscribe((plays) => this.#playing(plays));
     this.#playing(false);
@@ -125,7 +126,11 @@ export class Player {
 
   #slowness() {
     this.#speed.value = String(Math.log10(this.#cursor.slowness));
-    this.#factor.textContent = `1 : ${formatted(this.#cursor.slowness, 2)}`;
-    this.#speed.setAttribute("aria-valuetext", `${formatted(this.#cursor.slowness, 2)} times slower`);
+    const { slowness } = this.#cursor;
+    const isSlow = slowness >= 1;
+    const times = formatted(isSlow ? slowness : 1 / slowness, 2);
+    this.#name.textContent = isSlow ? "slow motion" : "fast motion";
+    this.#factor.textContent = isSlow ? `1 : ${times}` : `${times} : 1`;
+    this.#speed.setAttribute("aria-valuetext", `${times} times ${isSlow ? "slower" : "faster"}`);
   }
 }

@@ -73,6 +73,12 @@ export class Simulation {
     this.#run({ start, perturbation: { [name]: share * size }, periods: PERIODS });
   }
 
+  /** Once more, for as long as the verdict advises. */
+  longer() {
+    const { start, perturbation = {} } = this.request;
+    this.#run({ start, perturbation, periods: this.state.longer });
+  }
+
   /** Stop computing. */
   stop(why = null) {
     this.#session.requests.cancel("simulation");
@@ -120,7 +126,7 @@ export class Simulation {
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ far, sections, done, verdict, duration = null, contacts = null }) {
+  #take({ far, sections, done, verdict, longer = null, duration = null, contacts = null }) {
     if (far) {
       this.#become({ far, verdict: `After ${far}…` });
     } else if (done) {
@@ -128,7 +134,7 @@ export class Simulation {
       this.#become({ isRunning: false, contacts, verdict: told });
     } else {
       const { count, duration: interval, max, min } = sections ?? nothing();
-      this.#become({ count, interval, max, min, cycle: duration, verdict });
+      this.#become({ count, interval, max, min, cycle: duration, longer, verdict });
     }
   }
 
@@ -153,7 +159,7 @@ function systemOf(view) {
 
 function nothing() {
   return {
-    isRunning: false, verdict: "", far: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, contacts: null,
+    isRunning: false, verdict: "", far: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, longer: null, contacts: null,
   };
 }
 
@@ -171,6 +177,9 @@ const ROUNDING = 1e-9;
 const NAMES = {
   equilibrium: "Equilibrium", periodic: "Periodic", torus: "Torus", chaos: "Chaos", undecided: "Undecided",
 };
+
+/** A kind of motion with which a message begins, which is named before it. */
+const NAMED = /^(periodic|chaotic|undecided): /;
 
 export class Exponents {
   /** The element to put on the page. */
@@ -231,7 +240,7 @@ export class Exponents {
 
   #verdict({ kind_of_motion: kind, period, message, exponents, errors, per }) {
     const name = period ? `Period ${period}` : NAMES[kind];
-    return [element("strong", {}, name), `: ${message}. Exponents per ${per}: ${listed(exponents, errors)}.`];
+    return [element("strong", {}, name), `: ${message.replace(NAMED, "")}. Exponents per ${per}: ${listed(exponents, errors)}.`];
   }
 }
 
@@ -268,6 +277,7 @@ export class SimulationPanel {
   #perturbation = element("select", { "aria-label": "Perturbation" },
     ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
   #contacts;
+  #longer;
   #stop;
   #clear;
   #fromOrbit;
@@ -282,6 +292,7 @@ export class SimulationPanel {
     this.#fromOrbit = button("From this orbit", () =>
       simulation.fromOrbit(orbits.shown.answer, Number(this.#perturbation.value)));
     this.#fromOrbit.disabled = true;
+    this.#longer = button("", () => simulation.longer());
     this.#stop = button("Stop", () => simulation.stop(), "quiet");
     this.#clear = button("Clear", () => simulation.clear(), "quiet");
     this.#contacts = new ContactPanel(session, simulation);
@@ -289,7 +300,7 @@ export class SimulationPanel {
       element("div", { class: "sentence" },
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
         element("label", { class: "choice" }, element("span", {}, "perturbed by"), this.#perturbation),
-        this.#stop, this.#clear),
+        this.#longer, this.#stop, this.#clear),
       this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {
@@ -305,8 +316,10 @@ export class SimulationPanel {
   }
 
   #show(diagram) {
-    const { isRunning, verdict, count, x } = this.#simulation.state;
+    const { isRunning, verdict, count, longer, x } = this.#simulation.state;
     const at = (i) => this.#simulation.timeAt(i);
+    this.#longer.hidden = isRunning || longer === null;
+    this.#longer.textContent = `Simulate ${longer} ${this.#session.model.forced ? "periods" : "intervals"}`;
     this.#stop.hidden = !isRunning;
     this.#clear.hidden = isRunning || count === 0;
     this.#verdict.textContent = verdict;
