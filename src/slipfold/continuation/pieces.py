@@ -43,8 +43,8 @@ class PieceRules:
     same: float = 10.0
     # Maximum distance of a point of the next piece from the zero, over that of the guess
     astray: float = 30.0
-    # That distance, over the one tried, beyond which the next piece may be another curve that passes
-    # by: a square root leaves the zero at a right angle to the guess
+    # That distance, over the one tried, beyond which the next piece may be another curve that
+    # passes by: a square root leaves the zero at a right angle to the guess
     doubtful: float = 3.0
     # Maximum distance of the point halfway to the zero from it, over that of the point
     halfway: float = 0.75

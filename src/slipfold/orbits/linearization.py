@@ -16,10 +16,23 @@ from slipfold.continuation.newton import LeastSquares, SquareMatrix, WholeMatrix
 
 Places = NDArray[np.intp]
 
-LIGHT = 2.0**-10
-"""Weight of the rows that are full while pivots are chosen. One that became a pivot early would
-fill all that follows: of a thousand intervals an eighth of the matrix, which takes sixteen times
-as long."""
+
+@dataclass(frozen=True)
+class EliminationSettings:
+    """How the linear equations of an orbit are solved."""
+
+    # Weight of the rows that are full while pivots are chosen. One that became a pivot early would
+    # fill all that follows: of a thousand intervals an eighth of the matrix, which takes sixteen
+    # times as long
+    light: float = 2.0**-10
+    # Growth of perturbations from the first node to any other with which going from node to node
+    # loses three digits at most
+    growth: float = 1e3
+    # Unknowns up to which one inversion of the whole matrix is quicker than sparse factors
+    large: int = 64
+
+
+ELIMINATION = EliminationSettings()
 
 
 class Sparse(SquareMatrix):
@@ -58,7 +71,9 @@ class Sparse(SquareMatrix):
         from scipy.sparse.linalg import splu
 
         try:
-            return splu(self._entries(LIGHT), permc_spec="NATURAL")  # columns are in order
+            return splu(
+                self._entries(ELIMINATION.light), permc_spec="NATURAL"
+            )  # columns are in order
         except RuntimeError:
             return None
 
@@ -77,7 +92,7 @@ class Sparse(SquareMatrix):
     def _weighed(self, vector: Array) -> Array:
         """Return a vector with the weight of the rows that are full."""
         weighed = vector.copy()
-        weighed[-len(self.lines) :] *= LIGHT
+        weighed[-len(self.lines) :] *= ELIMINATION.light
         return weighed
 
     @cached_property
@@ -95,12 +110,7 @@ class Sparse(SquareMatrix):
         sign = np.prod(np.sign(pivots)) * _parity(factors.perm_r) * _parity(factors.perm_c)
         with np.errstate(divide="ignore"):
             logarithm = float(np.log(np.abs(pivots)).sum())
-        return float(sign), logarithm - len(self.lines) * log(LIGHT)
-
-
-CONDENSED = 1e3
-"""Growth of perturbations from the first node to any other with which going from node to node
-loses three digits at most."""
+        return float(sign), logarithm - len(self.lines) * log(ELIMINATION.light)
 
 
 class Condensed(Sparse):
@@ -134,7 +144,7 @@ class Condensed(Sparse):
             reached[j + 1] = blocks[j] @ reached[j]
             reached[j + 1, :, n:] += along[j]
         largest = np.abs(reached[:, :, :n]).max()
-        return reached if largest < CONDENSED else None
+        return reached if largest < ELIMINATION.growth else None
 
     def solve(self, right: Array) -> Array:
         """Return the solution for a right-hand side, NaN if the matrix is singular."""
@@ -209,9 +219,6 @@ def _parity(permutation: Places) -> int:
             sign = -sign
     return sign
 
-
-LARGE = 64
-"""Unknowns up to which one inversion of the whole matrix is quicker than sparse factors."""
 
 MANY = 12
 """Nodes beyond which they may be those of a mesh, through which an orbit may grow without bound."""
@@ -349,7 +356,7 @@ class Linearization:
         """
         if len(self.conditions.values) >= self.along.shape[2]:
             return LeastSquares(np.concatenate([self.jacobian, row[None]]))
-        if len(row) <= LARGE:
+        if len(row) <= ELIMINATION.large:
             return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
         gradients = self.conditions.gradients
         lines = row[None] if gradients is None else np.vstack([gradients, row])

@@ -47,6 +47,8 @@ class MatrixSettings:
     hidden: float = 1e12
     # Frequency over the largest one below which a motion is free: it has no relative error
     free: float = 1e-6
+    coupled: float = 1e-9  # damping between two modes, over the mean of their own, that is rounding
+    most_modes: int = 120  # that are tried for an accuracy: orbits of more take minutes each
 
 
 MATRICES = MatrixSettings()

@@ -11,10 +11,7 @@ from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Symbols
 from slipfold.models.structures.assembly import Assembly, Placed
 from slipfold.models.structures.component import LocalState, total
-from slipfold.models.structures.matrices import lowest_modes
-
-COUPLED = 1e-9
-"""Damping between two modes, over the root of the product of their own, that is rounding."""
+from slipfold.models.structures.matrices import MATRICES, lowest_modes
 
 
 def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalForm | None:
@@ -64,7 +61,7 @@ def _modal_damping(
     modal = shapes.T @ matrix @ shapes / np.sum((shapes.T @ assembly.mass) * shapes.T, axis=1)
     own = np.diag(modal)
     beside = np.abs(modal - np.diag(own))
-    bound = COUPLED * np.sqrt(np.abs(own[:, None] * own))
+    bound = MATRICES.coupled * np.sqrt(np.abs(own[:, None] * own))
     return own if (beside <= bound).all() else None
 
 

@@ -235,7 +235,7 @@ class Reduction(ABC):
                 "displacements, and the structure has none; add one, or leave accuracy out"
             )
         best = math.inf
-        for kept in range(count, min(shapes.modes.most, max(count, MOST_MODES)) + 1):
+        for kept in range(count, min(shapes.modes.most, max(count, MATRICES.most_modes)) + 1):
             coordinates = shapes.coordinates(kept)
             error = full.error(coordinates, self.up_to)
             if error <= self.accuracy:
@@ -258,10 +258,6 @@ class Reduction(ABC):
     @abstractmethod
     def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
         """Return the shapes from which the coordinates are made."""
-
-
-MOST_MODES = 120
-"""Most modes that are tried for an accuracy: orbits of more take minutes each."""
 
 
 class Shapes(ABC):
