@@ -118,7 +118,7 @@ def test_files_have_formulas_and_variables(tmp_path):
 
 
 @pytest.mark.parametrize(("options", "words"), [
-    ({"G": K}, "G is not skew-symmetric: row 1, column 1 is 50, row 1, column 1 is 50; put its"),
+    ({"G": K}, "G is not skew-symmetric: row 1, column 1 is 50, not 0; put its"),
     ({"G": {"omega": np.eye(3)}}, "G has 3 rows and M has 2"),
     ({"G": {"omega": TURN, 1: np.eye(3)}}, "G has 3 rows where 1 multiplies it and 2 where omega"),
     ({"M": {"omega": M}}, "M is a mapping; give one matrix, since only C, K, G and H may"),

@@ -175,6 +175,8 @@ class Matrix:
     def pair(self, row: int, column: int) -> str:
         """Write an entry and its mirror image."""
         entries = self.array()
+        if row == column:
+            return f"row {row + 1}, column {column + 1} is {entries[row, column]:.6g}, not 0"
         return (
             f"row {row + 1}, column {column + 1} is {entries[row, column]:.6g}, "
             f"row {column + 1}, column {row + 1} is {entries[column, row]:.6g}"
