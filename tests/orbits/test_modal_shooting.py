@@ -134,6 +134,29 @@ def test_states_between_the_nodes_are_those_of_the_flow(two):
     assert_same([known], [shot.states(nodes, constants, at)], 1e-10)
 
 
+def test_contacts_that_turn_within_a_step_of_newtons_method():
+    """All intervals at once diverge from straight lines between nodes: one follows another."""
+    law = sf.Regularized(sf.Coulomb(mu_k=0.3), e=2e-2)
+    rubs = sf.FrictionContact("x3", law, load=100.0, Vd=0.0)
+    model = chain(3, contacts=rubs).with_scales(np.full(6, 0.5))
+    constants = flow_of(model).constants_of(model)
+    modal = ModalShooting(model, FREE, mesh=np.linspace(0.0, 1.0, 8 * 80 + 1))
+    nodes = 0.3 * np.random.default_rng(2).normal(size=(8, 6))
+    exact = Shooting(model, FREE).mismatch(nodes, constants)
+    assert_same([modal.mismatch(nodes, constants)], [exact], 1e-4)
+
+
+def test_states_are_those_of_the_flow_where_no_motion_is_found(two, monkeypatch):
+    modal, shot, nodes, constants = two
+    phases = np.array([0.1, 0.5])
+    monkeypatch.setattr("slipfold.orbits.modal_shooting.solve_segments", lambda *_: None)
+    own = modal.on(modal.mesh)
+    assert np.isnan(own.mismatch(nodes, constants)).all()  # steps of a curve are shortened
+    exact = shot.propagate_to(nodes, constants, phases)
+    assert_same(own.propagate_to(nodes, constants, phases), exact, 1e-12)
+    assert_same([own.states(nodes, constants, phases)], exact[1:2], 1e-12)
+
+
 @pytest.mark.parametrize(("stages", "order"), [(1, 2), (2, 4), (3, 6)])
 def test_the_order_is_that_of_gauss_points(stages, order):
     model = chain(3)

@@ -220,6 +220,11 @@ class ForcedIntervals:
         at_points -= times(self.answered, bent)
         return at_points / self.period, (ends - times(self.driven, bent)) / self.period
 
+    def part(self, which: slice) -> ForcedIntervals:
+        """Return some of the intervals."""
+        times = self.start[which], self.lengths[which], self.period, self.dampings
+        return ForcedIntervals(self.equations, self.points, *times)
+
     def at_dampings(self, dampings: Some) -> ForcedIntervals:
         """Return the same intervals with other dampings."""
         given = self.equations, self.points, self.start, self.lengths, self.period

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
@@ -21,8 +22,9 @@ class SweepRule:
 
     close: float = 1e-9  # last change over the size of motions: the next is of its square
     stalled: float = 1e-6  # change that may be rounding, if it no longer halves
-    iterations: int = 30  # afterwards steps of the curve are shortened
-    patient: int = 6  # iterations before steps are halved where they do not shrink
+    iterations: int = 10  # of a guess that is near; afterwards one interval follows another
+    within: int = 50  # iterations in an interval
+    halvings: int = 8  # of a step in an interval that does not reduce the residual
 
 
 SWEEP = SweepRule()
@@ -202,13 +204,23 @@ def solve_segments(
 ) -> ModalSegments | None:
     """Return the trajectories from first states, from a guess of motions; None if none is found.
 
-    Forces are linearized at all points, and one sweep gives the motions: Newton's method.
+    A guess that is too far, as over a contact that turns from slip to slip within a short time,
+    is replaced by motions found in one interval after another.
 
     Shapes: first (q, n); motions (m, s, n_y); typical sizes of motions (n_y,).
     """
+    given = intervals, constants, first
+    found = _swept(*given, motions, sizes)
+    return _swept(*given, _marched(*given, sizes), sizes) if found is None else found
+
+
+def _swept(
+    intervals: ForcedIntervals, constants: Constants, first: Array, motions: Array, sizes: Array
+) -> ModalSegments | None:
+    """Solve all intervals at once: forces are linearized, and one sweep gives the motions."""
     equations, phases = intervals.equations, intervals.phases
     count, before = len(phases) // len(first), np.inf
-    for iteration in range(SWEEP.iterations):
+    for _ in range(SWEEP.iterations):
         forces = equations.at(motions, phases, constants)
         slopes = equations.slopes(motions, phases, constants)
         if not (np.isfinite(forces).all() and np.isfinite(slopes).all()):
@@ -229,10 +241,63 @@ def solve_segments(
         if length < SWEEP.close or (length < SWEEP.stalled and length > 0.5 * before):
             forces[..., : equations.moved] += np.real(times(slopes, step))
             return ModalSegments(intervals, constants, nodes[..., 0], motions + step, forces)
-        halved = iteration >= SWEEP.patient and length > 0.5 * before
-        motions = motions + (0.5 * step if halved else step)
+        motions = motions + step
         before = length
     return None
+
+
+def _marched(intervals: ForcedIntervals, constants: Constants, first: Array, sizes: Array) -> Array:
+    """Return motions found in one interval of all segments after another, shape (m, s, n_y)."""
+    states, motions = first, np.empty((*intervals.phases.shape, len(sizes)))
+    for begin in range(0, len(motions), len(first)):
+        some = slice(begin, begin + len(first))
+        part = intervals.part(some)
+        motions[some] = _within(part, constants, states, sizes)
+        forces = part.equations.at(motions[some], part.phases, constants)
+        pushed = times(part.driven, forces.reshape(len(states), -1))
+        states = np.real(part.propagated(states) + pushed)
+    return motions
+
+
+def _within(part: ForcedIntervals, constants: Constants, states: Array, sizes: Array) -> Array:
+    """Return motions in q intervals by Newton's method, each step reducing the residuals.
+
+    Shapes: states (q, n); returns (q, s, n_y).
+    """
+    equations, phases, (q, s) = part.equations, part.phases, part.phases.shape
+    live = equations.moved
+    answered = part.answered.reshape(q, -1, s, equations.forces)[..., :live]
+    free = np.real(times(part.seen, states))
+
+    def missed(motions: Array, some: NDArray[np.intp]) -> tuple[Array, Array]:
+        forces = equations.at(motions, phases[some], constants).reshape(len(motions), -1)
+        found = free[some] + np.real(times(part.answered[some], forces))
+        gap = found.reshape(motions.shape) - motions
+        return gap, np.sqrt(((gap / sizes) ** 2).sum(axis=(1, 2)))
+
+    motions = np.repeat((states @ equations.rows.T)[:, None], s, axis=1)
+    gap, residual = missed(motions, np.arange(q))
+    for _ in range(SWEEP.within):
+        some = np.flatnonzero(residual > SWEEP.close)
+        if not len(some):
+            break
+        slopes = equations.slopes(motions[some], phases[some], constants)
+        coupled = np.einsum("mpsl,msly->mpsy", answered[some], slopes)
+        matrices = np.eye(free.shape[1]) - coupled.reshape(len(some), free.shape[1], -1)
+        steps = times(np.linalg.pinv(matrices), gap[some].reshape(len(some), -1))
+        steps = steps.reshape(len(some), s, -1)
+        for halving in range(SWEEP.halvings):
+            tried = motions[some] + steps * 0.5**halving
+            missing, left = missed(tried, some)
+            better = left < (1 - 0.5 ** (halving + 2)) * residual[some]
+            at = some[better]
+            motions[at], gap[at], residual[at] = tried[better], missing[better], left[better]
+            some, steps = some[~better], steps[~better]
+            if not len(some):
+                break
+        else:
+            break  # rounding is all that is left
+    return motions
 
 
 def joined(edges: Array, segments: int) -> tuple[Array, Array]:

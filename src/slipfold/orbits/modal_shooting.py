@@ -242,15 +242,16 @@ class ModalShooting(MeshDiscretization, Shooting):
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[Places, Array, Array, Array]:
-        """Return the states at any phases, from which node each is reached, and derivatives."""
-        solved, changes, n = self._solved(nodes, constants), self._changes(constants), self.scales
-        part = None
-        if solved is not None:
-            segment, step, part = self._ended(solved, constants, phases)
-        if solved is None or part is None:
-            lost = np.full((len(phases), len(n), len(n) + changes.shape[1]), np.nan)
-            which = self.before(phases)[0]
-            return which, lost[:, :, 0], lost[:, :, : len(n)], lost[:, :, len(n) :]
+        """Return the states at any phases, from which node each is reached, and derivatives.
+
+        The flow gives them where a mesh is too coarse for these nodes: nobody looks for NaN here.
+        """
+        solved, changes = self._solved(nodes, constants), self._changes(constants)
+        if solved is None:
+            return super().propagate_to(nodes, constants, phases)
+        segment, step, part = self._ended(solved, constants, phases)
+        if part is None:
+            return super().propagate_to(nodes, constants, phases)
         moved, own = part.moved[0][-1], part.along(changes)[0][-1]
         before = solved.moved[0][step, segment], solved.along(changes)[0][step, segment]
         out, into = self._out * self.scales[:, None], self._into / self.scales
@@ -262,11 +263,11 @@ class ModalShooting(MeshDiscretization, Shooting):
         )
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
-        """Return the states at any phases, shape (q, n)."""
+        """Return the states at any phases, shape (q, n), if need be by the flow."""
         solved = self._solved(nodes, constants)
         part = None if solved is None else self._ended(solved, constants, phases)[2]
         if part is None:
-            return np.full((len(phases), nodes.shape[1]), np.nan)
+            return super().states(nodes, constants, phases)
         return np.asarray(part.ends @ self._out.T * self.scales)
 
     def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
