@@ -157,19 +157,16 @@ class Assembly:
         return (*watched, *more)
 
     def _acted_directions(self) -> tuple[tuple[str, Direction], ...]:
-        """Return degrees of freedom where components act that are neither states nor watched.
-
-        Those without mass move with the force itself, too, and are left out.
-        """
+        """Return degrees of freedom where components act that are neither states nor watched."""
         item, watched = self.definition, self._watched_directions()
-        seen = {*self.names, *item.massless, *(name for name, _ in watched)}
-        hidden = {*item.names} - seen
+        # Those without mass move with the force itself, too.
+        hidden = {*item.names}.difference(self.names, item.massless, dict(watched))
         parts = (*item.contacts, *item.elements, *item.forcing)
         directions = (one for part in parts if not part.inertial for one in part._directions if one)
         named = (name for one in directions if len(one.weights) <= FEW for name, _ in one.weights)
         acted = ((name, Direction(((name, 1.0),))) for name in dict.fromkeys(named))
-        others = {direction for _, direction in watched}
-        return tuple((name, one) for name, one in acted if name in hidden and one not in others)
+        known = dict(watched).values()
+        return tuple((name, one) for name, one in acted if name in hidden and one not in known)
 
     def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
         damping = self.definition.C
