@@ -74,14 +74,23 @@ def test_the_page_reads_quantities_as_the_command_line_does(explorer):
         ("mu", "1e999", "mu = 1e999 is not a finite number; give >= 0"),
     ],
 )
-def test_what_is_no_quantity_is_refused_and_the_value_is_back(explorer, name, text, sentence):
+def test_what_is_no_quantity_is_refused_beside_its_box(explorer, name, text, sentence):
     explorer.open()
-    before = explorer.box(name).input_value()
-    explorer.box(name).fill(text)
-    explorer.box(name).press("Tab")
-    expect(explorer.page.get_by_role("alert")).to_contain_text(sentence)
-    expect(explorer.box(name)).to_have_value(before)
-    expect(explorer.box(name)).not_to_be_focused()
+    box, alert = explorer.box(name), explorer.page.get_by_role("alert")
+    before = box.input_value()
+    box.fill(text)
+    box.press("Tab")
+    expect(alert).to_contain_text(sentence)
+    place, beside = box.bounding_box(), alert.bounding_box()
+    assert 0 < beside["x"] - place["x"] - place["width"] < 20
+    assert abs(beside["y"] - place["y"]) < 20
+    expect(box).to_have_value(text)
+    expect(box).not_to_be_focused()
+    box.press("Escape")
+    expect(box).to_have_value(before)
+    expect(alert).to_have_count(0)
+    box.fill(text)
+    box.press("Tab")
     with explorer.redrawn():
         explorer.type("f", "12.4")
     expect(explorer.page.get_by_role("alert")).to_have_count(0)
@@ -107,6 +116,20 @@ def test_every_value_that_cannot_be_had_is_marked_and_says_why(explorer):
     expect(explorer.page.locator(".number[aria-invalid]")).to_have_count(0)
 
 
+def test_a_value_that_cannot_be_had_is_neither_in_the_link_nor_undone_to(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    with explorer.redrawn():
+        explorer.type("Vd", 0.7)
+    explorer.type("Vd", -1)
+    expect(explorer.page.get_by_role("alert")).to_contain_text("Vd = -1 is outside its bounds")
+    explorer.page.wait_for_url("**p.Vd=0.7*")
+    with explorer.redrawn():
+        explorer.type("Vd", 0.8)
+    explorer.page.wait_for_url("**p.Vd=0.8*")
+    explorer.page.get_by_role("button", name="Undo").click()
+    expect(explorer.box("Vd")).to_have_value("0.7")
+
+
 def test_a_refusal_moves_nothing_under_the_pointer(explorer):
     explorer.open()
     explorer.box("f1").fill("abc")
@@ -117,7 +140,10 @@ def test_a_refusal_moves_nothing_under_the_pointer(explorer):
     explorer.page.keyboard.type("1.5")
     with explorer.redrawn():
         explorer.page.keyboard.press("Enter")
-    assert [explorer.parameter(name) for name in ("f1", "Ns", "mu")] == [6.12, 1.5, 0.5]
+    assert [explorer.parameter(name) for name in ("Ns", "mu")] == [1.5, 0.5]
+    expect(explorer.box("f1")).to_have_value("abc")
+    explorer.box("f1").press("Escape")
+    expect(explorer.box("f1")).to_have_value("6.12")
 
 
 def test_keys_and_sliders_move_by_round_and_equal_steps(explorer):

@@ -62,10 +62,7 @@ export class DiagramControls {
   }
 
   #bound(index, word) {
-    return new QuantityBox({ class: "bound", "aria-label": `Vary ${word}` }, {
-      accept: (value) => this.#bounded(index, value),
-      refuse: (sentence) => this.#session.failed.announce({ kind: "input", sentence }),
-    });
+    return new QuantityBox({ class: "bound", "aria-label": `Vary ${word}` }, (value) => this.#bounded(index, value));
   }
 
   #bounded(index, end) {

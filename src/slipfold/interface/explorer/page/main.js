@@ -111,7 +111,7 @@ function build(models, study) {
   };
   showPlane();
   session.store.changed.subscribe(showPlane);
-  keepAddress(session);
+  keepAddress(session, refusals);
   tellDefects(session);
   session.failed.announce({ kind: "link", sentence });
   connection.open();
@@ -140,15 +140,25 @@ function keyHelp() {
     "Left and right arrow keys move the working point, up and down change the branch.");
 }
 
-/** The address follows the view, and the view an address that is typed or pasted. */
-function keepAddress(session) {
+/**
+ * The address follows the view, and the view an address that is typed or pasted; of values that the
+ * model cannot have there is none.
+ */
+function keepAddress(session, refusals) {
   let written = "";
-  const write = ({ live }) => {
-    if (live) return;
-    written = addressOf(session.view, session.model);
+  let good = null;
+  const write = (address) => {
+    written = address;
     history.replaceState(null, "", `#${written}`);
   };
-  session.store.changed.subscribe(write);
+  const follow = () => write(addressOf(session.view, session.model));
+  session.store.changed.subscribe(({ live }) => live || refusals.isAny || follow());
+  refusals.changed.subscribe(() => {
+    if (!refusals.isAny) {
+      follow();
+      good = written;
+    } else if (good !== null) write(good);
+  });
   window.addEventListener("hashchange", () => {
     const text = location.hash.slice(1);
     if (text === written) return;

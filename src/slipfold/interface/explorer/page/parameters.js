@@ -12,11 +12,25 @@ const STEPS = 0.001;
 
 const COUNTS = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 
+/** Why the text of a box is refused, beside it. */
+const reason = element("p", { class: "notice reason", role: "alert", hidden: true });
+let refusedBox = null;
+document.body.append(reason);
+window.addEventListener("scroll", placeReason, { capture: true, passive: true });
+
+/** Put the reason beside the box that it is about, wherever that has moved. */
+function placeReason() {
+  if (reason.hidden) return;
+  const { right, top } = refusedBox.getBoundingClientRect();
+  reason.style.left = `${Math.max(Math.min(right + 8, innerWidth - reason.offsetWidth - 8), 0)}px`;
+  reason.style.top = `${top}px`;
+}
+
 export class QuantityBox {
   /** The element to put on the page. */
   node;
   #accept;
-  #refuse;
+  #isRefused = false;
   #quantity = null;
   #value = 0;
   #range = 0;
@@ -24,32 +38,35 @@ export class QuantityBox {
 
   /**
    * @param {Record<string, string>} attributes of the element
-   * accept: takes a value in SI units, and may return why it cannot be used; refuse: shows why, or
-   * null where all is well
+   * @param {(value: number) => (string|void)} accept takes a value in SI units, and may return why it
+   * cannot be used
    */
-  constructor(attributes, { accept, refuse }) {
+  constructor(attributes, accept) {
     this.#accept = accept;
-    this.#refuse = refuse;
     this.node = element("input", {
       ...attributes, type: "text", class: `number ${attributes.class ?? ""}`, autocomplete: "off",
       spellcheck: "false",
       on: {
-        input: () => { this.#isEdited = true; },
+        input: () => {
+          this.#isEdited = true;
+          this.#tell(null);
+        },
         change: () => this.#take(),
-        blur: () => this.#restore(),
+        blur: () => this.#isRefused || this.#restore(),
         keydown: (event) => this.#key(event),
       },
     });
   }
 
   /**
-   * Show a value; what is just being typed stays.
+   * Show a value; what is just being typed stays, and so does what was refused.
    * @param {object} quantity a parameter as the server describes it
    * @param {number} value SI
    * @param {number} range what is a long way for it, SI
    */
   show(quantity, value, range) {
-    if (quantity !== this.#quantity) this.#isEdited = false;
+    const isOther = quantity !== this.#quantity || (this.#isRefused && value !== this.#value);
+    if (isOther) this.#isEdited = false;
     this.#quantity = quantity;
     this.#value = value;
     this.#range = range;
@@ -58,19 +75,32 @@ export class QuantityBox {
 
   #restore() {
     this.#isEdited = false;
+    if (this.#isRefused) this.#tell(null);
     const text = plain(this.#value * display(this.#quantity).factor, DIGITS);
     if (this.node.value !== text) this.node.value = text;
   }
 
   #take() {
     const text = this.node.value;
+    let refused = null;
     this.#isEdited = false;
     if (text.trim() !== "") {
       const { value, sentence } = parsed(text, this.#quantity, display(this.#quantity).si);
-      const refused = sentence ?? this.#accept(value);
-      this.#refuse(refused ?? null);
+      refused = sentence ?? this.#accept(value) ?? null;
     }
-    this.#restore();
+    this.#isEdited = refused !== null;
+    this.#tell(refused);
+    if (!refused) this.#restore();
+  }
+
+  /** Say beside the box why its text is refused; null where it is not. */
+  #tell(sentence) {
+    this.#isRefused = sentence !== null;
+    set(this.node, { "data-refused": this.#isRefused && "", title: sentence });
+    reason.hidden = !this.#isRefused;
+    reason.textContent = sentence ?? "";
+    refusedBox = this.node;
+    placeReason();
   }
 
   #key(event) {
@@ -83,8 +113,9 @@ export class QuantityBox {
       if (this.#isEdited) this.#take();
       const { factor, si } = display(this.#quantity);
       const step = roundStep(this.#range * factor, STEPS);
-      const refused = this.#accept(stepped(this.#value * factor, step, count) * si);
-      this.#refuse(refused ?? null);
+      const refused = this.#accept(stepped(this.#value * factor, step, count) * si) ?? null;
+      this.#tell(refused);
+      if (!refused) this.#restore();
     }
   }
 }
@@ -110,10 +141,9 @@ class ParameterControl {
 
   /**
    * @param {object} parameter as the server describes it
-   * @param {{preview: (value: number) => void, commit: (value: number) => void,
-   * refuse: (sentence: string|null) => void}} wishes SI units
+   * @param {{preview: (value: number) => void, commit: (value: number) => void}} wishes SI units
    */
-  constructor(parameter, { preview, commit, refuse }) {
+  constructor(parameter, { preview, commit }) {
     const { unit, factor } = display(parameter);
     this.#parameter = parameter;
     this.#shown = display(parameter);
@@ -129,7 +159,7 @@ class ParameterControl {
       },
     });
     this.#box = new QuantityBox(
-      { id: `${id}-box`, "aria-label": `${label}, number` }, { accept: commit, refuse });
+      { id: `${id}-box`, "aria-label": `${label}, number` }, commit);
     this.#back = element("button", {
       type: "button", class: "quiet back", "aria-label": `${parameter.name} back to its default`,
       title: `Back to ${formatted(parameter.value * factor, DIGITS)}${unit ? ` ${unit}` : ""}`,
@@ -235,14 +265,13 @@ export class ParameterPanel {
   }
 
   #build(model) {
-    const { store, failed } = this.#session;
+    const { store } = this.#session;
     this.#model = model;
     this.#controls = new Map(model.parameters.map((parameter) => {
       const changed = (value) => withParameter(this.#session.view, parameter.name, value);
       const control = new ParameterControl(parameter, {
         preview: (value) => store.preview(changed(value)),
         commit: (value) => store.commit(changed(value)),
-        refuse: (sentence) => failed.announce({ kind: "input", sentence }),
       });
       return [parameter.name, control];
     }));

@@ -42,6 +42,7 @@ export class Regimes {
     // There is a phase at which to look at motions where something forces them.
     this.node.hidden = !this.#session.model.forced;
     if (this.#of && this.#of !== this.#key()) this.#clear();
+    else if (!this.#of) this.#session.failed.announce({ kind: "regimes", sentence: null });
   }
 
   #begin() {
@@ -204,10 +205,7 @@ export class PlaneControls {
   #row(axis, label) {
     const choice = new Choice(label, (name) => this.#choose(axis, name));
     const bounds = [0, 1].map((i) => new QuantityBox(
-      { class: "bound", "aria-label": `${label} ${i === 0 ? "from" : "to"}` }, {
-        accept: (value) => this.#bounded(axis, i, value),
-        refuse: (sentence) => this.#session.failed.announce({ kind: "input", sentence }),
-      }));
+      { class: "bound", "aria-label": `${label} ${i === 0 ? "from" : "to"}` }, (value) => this.#bounded(axis, i, value)));
     const unit = element("span", { class: "unit" });
     const group = element("span", { class: "axis-choice" }, choice.node, bounds[0].node,
       element("span", {}, "to"), bounds[1].node, unit);

@@ -21,7 +21,10 @@ export class Refusals {
   async ask() {
     const { model, parameters } = this.#session.view;
     const body = JSON.stringify({ model, parameters });
-    if (body === this.#asked) return;
+    if (body === this.#asked) {
+      if (this.isAny) this.#session.store.refuse();
+      return;
+    }
     this.#asked = body;
     try {
       const headers = { "Content-Type": "application/json" };
@@ -32,11 +35,17 @@ export class Refusals {
     }
   }
 
+  /** Whether the model cannot have the values of the view, as far as that is known. */
+  get isAny() {
+    return Object.keys(this.#sentences).length > 0;
+  }
+
   #take(sentences) {
     for (const name of Object.keys({ ...this.#sentences, ...sentences })) {
       this.#session.failed.announce({ kind: `value of ${name}`, sentence: sentences[name] ?? null });
     }
     this.#sentences = sentences;
+    if (this.isAny) this.#session.store.refuse();
     this.changed.announce(sentences);
   }
 }
@@ -226,6 +235,7 @@ export class Session {
   #followPlane(live) {
     if (!this.view.plane) {
       if (this.#keys.plane) this.requests.cancel("plane");
+      this.#fail("plane", null);
       this.#keys.plane = "";
       return;
     }
@@ -265,6 +275,7 @@ export class Session {
   #askOrbit(place) {
     if (!place) {
       this.requests.cancel("orbit");
+      this.#fail("orbit", null);
       this.orbitArrived.announce(null);
       return;
     }
@@ -274,6 +285,7 @@ export class Session {
     const kept = this.#orbits.get(key);
     if (kept) {
       this.requests.cancel("orbit");
+      this.#fail("orbit", null);
       this.orbitArrived.announce({ answer: kept, place, view, request });
       return;
     }

@@ -91,6 +91,7 @@ export class Simulation {
   clear() {
     if (this.state.view === null) return;
     this.#session.requests.cancel("simulation");
+    this.#session.failed.announce({ kind: "simulation", sentence: null });
     this.state = nothing();
     this.changed.announce(this.state);
   }

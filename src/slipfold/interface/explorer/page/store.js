@@ -28,6 +28,7 @@ export class Store {
   #past = [];
   #future = [];
   #committed;
+  #refused = null;
 
   constructor(view) {
     this.view = view;
@@ -67,6 +68,11 @@ export class Store {
     this.#show({ ...this.view, ...changes }, false);
   }
 
+  /** Forget the view that was committed last once another one is: its values cannot be had. */
+  refuse() {
+    this.#refused = this.#committed;
+  }
+
   /** Go one step back. */
   undo() {
     this.#travel(this.#past, this.#future);
@@ -78,14 +84,14 @@ export class Store {
   }
 
   #remember() {
-    this.#past.push(this.#committed);
+    if (this.#committed !== this.#refused) this.#past.push(this.#committed);
     if (this.#past.length > LONGEST) this.#past.shift();
     this.#future = [];
   }
 
   #travel(from, to) {
     if (from.length === 0) return;
-    to.push(this.#committed);
+    if (this.#committed !== this.#refused) to.push(this.#committed);
     this.#committed = from.pop();
     this.#show(this.#committed, false);
   }
