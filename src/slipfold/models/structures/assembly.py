@@ -276,9 +276,9 @@ class Assembly:
         first, last = hidden[0], self.size - 1
         kept = first + int(np.argmax(np.diff(np.log(squares[first:])))) + 1
         raise InputError(
-            f"mode {last + 1} at {self.frequencies[last]:.4g} Hz is "
+            f"mode {last + 1} at {self.frequencies[last]:.2g} Hz is "
             f"{squares[last] / squares[first]:.2g} times as stiff as mode {first + 1} at "
-            f"{self.frequencies[first]:.4g} Hz, which its rounding errors hide; give "
+            f"{self.frequencies[first]:.2g} Hz, which its rounding errors hide; give "
             f"reduction=ModalReduction(modes={kept}), or a stiffness at most "
             f"{MATRICES.hidden:g} times as large"
         )
