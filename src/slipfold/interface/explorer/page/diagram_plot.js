@@ -18,8 +18,8 @@ const MOVED = 4;
 const KEY_STEPS = 200;
 const FAINT = 0.4;
 
-/** Dots of a simulation that are drawn without delay; more are thinned out. */
-const DOTS = 600;
+/** Dots of a simulation that are all drawn, one a forcing period; more are thinned out to so few. */
+const DOTS = { all: 600, few: 150 };
 
 export class DiagramPlot {
   /** The element to put on the page. */
@@ -162,7 +162,7 @@ export class DiagramPlot {
 
   #simulatedTraces(color) {
     const { x = 0, y: all = [] } = this.#simulated ?? {};
-    const step = Math.ceil(all.length / DOTS);
+    const step = all.length > DOTS.all ? Math.ceil(all.length / DOTS.few) : 1;
     const y = all.filter((_, i) => (all.length - 1 - i) % step === 0);
     const [fx, fy] = factors(this.#session.diagram);
     const tint = color("simulation");
