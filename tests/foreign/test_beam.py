@@ -272,3 +272,16 @@ def test_a_forced_beam_goes_through_its_first_resonance(law):
     values = [point.value for point in branch.special]
     error = few.reduction_report.error
     assert values == pytest.approx([point.value for point in other.special], rel=error)
+
+
+def test_harmonic_balance_states_what_rounding_makes_of_multipliers():
+    force = sf.HarmonicForce("w20", F=0.1)
+    orbit = sf.periodic_orbit(beam(20, forcing=force, f=37.0))
+    squares, _ = eigh(*matrices(20)[::-1])
+    damping = (1 + 1e-6 * squares) / 2
+    exact = np.exp((-damping + 1j * np.sqrt(squares - damping**2))[:2] / 37.0)
+    balance = orbit.harmonic_balance()
+    for multiplier in exact:
+        apart = np.abs(balance.floquet - multiplier).min()
+        assert apart <= balance.truncation
+    assert 1e-8 < balance.truncation < 1e-4  # of harmonics alone it is less than 1e-8

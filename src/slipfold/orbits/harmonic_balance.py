@@ -65,8 +65,8 @@ class HarmonicBalance(OneLine, ReadOnly):
         0.1.
     truncation
         How much the states at the nodes (scaled) and the multipliers (as below) change from two
-        thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. Infinite
-        where Newton's method did not converge.
+        thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. More if
+        rounding changes multipliers by more. Infinite where Newton's method did not converge.
     states
         Largest difference of the states at the orbit's nodes, in scaled states.
     duration
@@ -191,6 +191,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
             left_out = max(left_out, multiplier_difference(before, multipliers) / size)
             if not left_out > BALANCE.spare * tolerance or count == most:
                 break
+    left_out = max(left_out, fine.rounding / size)
     apart = multiplier_difference(orbit.multipliers, multipliers)
     return HarmonicBalance(
         model,
@@ -248,6 +249,23 @@ class _Equations:
         if not np.linalg.cond(vectors) < BALANCE.regular:
             return None
         return values, vectors, np.linalg.inv(vectors)
+
+    @property
+    def rounding(self) -> float:
+        """What rounding makes of multipliers, by the conditions of the mean's eigenvalues.
+
+        They are those of the balanced matrix, as LAPACK takes it.
+        """
+        from scipy.linalg import matrix_balance  # slow to import, and for checks alone
+
+        balanced = matrix_balance(self.mean)[0]
+        values, vectors = np.linalg.eig(balanced)
+        if not np.linalg.cond(vectors) < 1 / np.finfo(float).eps:
+            return 0.0  # not known
+        left = np.linalg.inv(vectors)
+        conditions = np.linalg.norm(left, axis=1) * np.linalg.norm(vectors, axis=0)
+        error = np.finfo(float).eps * len(values) * np.linalg.norm(balanced, 2)
+        return float((error * conditions * np.exp(values.real)).max())
 
     @property
     def exponents(self) -> Complex:
