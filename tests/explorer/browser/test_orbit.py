@@ -81,6 +81,9 @@ def test_one_moment_in_all_pictures(explorer):
 
 
 def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
+    explorer.open("model=duffing&p.W=1.2&span=1.1~1.3")
+    explorer.orbit_shown(1)
+    expect(explorer.page.locator("#orbit .player label")).to_have_text("fast motion")
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)
     page = explorer.page

@@ -4,7 +4,7 @@ import { element, icon } from "./dom.js";
 import { formatted } from "./quantities.js";
 import { Signal } from "./store.js";
 
-/** Seconds that a forcing period takes on the screen at first. */
+/** Seconds that a forcing period takes on the screen, until the user changes it. */
 const UNHURRIED = 2.5;
 
 export class Cursor {
@@ -14,8 +14,9 @@ export class Cursor {
   toggled = new Signal();
   phase = 0;
   isPlaying = false;
-  /** How much slower than in truth; null until the first orbit says how long a period is. */
-  slowness = null;
+  /** How much slower than in truth a period takes those seconds, and the user's factor on it. */
+  #unhurried = 1;
+  #factor = 1;
   #duration = 1;
   #last = 0;
 
@@ -26,7 +27,16 @@ export class Cursor {
    */
   adopt(duration, period) {
     this.#duration = duration || 1;
-    this.slowness ??= Math.max(UNHURRIED / (this.#duration / period), 0.05);
+    this.#unhurried = Math.max(UNHURRIED / (this.#duration / period), 0.05);
+  }
+
+  /** How much slower than in truth it runs: of another model as fast on the screen as of this. */
+  get slowness() {
+    return this.#unhurried * this.#factor;
+  }
+
+  set slowness(value) {
+    this.#factor = value / this.#unhurried;
   }
 
   /** Show another moment. */
