@@ -55,7 +55,7 @@ def table(plans: dict[tuple[str, tuple[str, ...]], sf.MeasurementPlan]) -> str:
 
 
 def draw(plans: dict[tuple[str, tuple[str, ...]], sf.MeasurementPlan]) -> None:
-    """Draw measurements over the response, and what each of them tells."""
+    """Draw measurements over the response, and what each of them determines."""
     oscillator = sf.SlidingOscillator(Nd=0.1)
     seen = sf.measure(
         oscillator, "f", np.linspace(11.8, 13.2, 29), ["max y"], sweep="both", errors=ERROR, seed=1

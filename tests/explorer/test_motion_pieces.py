@@ -1,4 +1,4 @@
-"""What is told of simulations, of models that nothing forces."""
+"""Messages of simulations of unforced models."""
 
 import json
 
@@ -30,7 +30,7 @@ Vd = "0.5 m/s"
 """Three masses on a belt."""
 
 
-def told(model, **options):
+def last_message(model, **options):
     pieces = []
     request = SimulationRequest(kind="simulation", id=1, model=model.name, **options)
     send_simulation(model, request, pieces.append)
@@ -40,7 +40,7 @@ def told(model, **options):
 
 def test_a_motion_that_sticks_is_sent_as_simulate_computes_it():
     model = sliding(0.9, 0.02)
-    last = told(model, periods=60)
+    last = last_message(model, periods=60)
     motion = sf.simulate(model, 60)
     assert last["sections"]["count"] == 60
     assert last["sections"]["duration"] == motion.forcing_period
@@ -56,17 +56,17 @@ def test_a_motion_that_sticks_is_sent_as_simulate_computes_it():
 
 def test_a_belt_carries_a_mass_as_simulate_says():
     model = belt(sf.Coulomb(mu_s=1.0, mu_k=0.5))
-    last = told(model, periods=600)
+    last = last_message(model, periods=600)
     motion = sf.simulate(model)
     assert last["verdict"] == motion.settlement.message
     assert last["duration"] == motion.settlement.duration
     assert last["contacts"]["words"].startswith("In its last round contact sticks once, ")
-    assert told(sf.built_in_models()["duffing"](), periods=3)["contacts"] is None
+    assert last_message(sf.built_in_models()["duffing"](), periods=3)["contacts"] is None
 
 
 def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
     model = sf.Structure.from_toml(CHAIN)
-    last = told(model, periods=600)
+    last = last_message(model, periods=600)
     motion, sections = sf.simulate(model), last["sections"]
     assert motion.periods > PAGE.columns >= sections["count"] > PAGE.columns / 2
     assert sections["count"] * sections["duration"] == pytest.approx(motion.duration, rel=2e-3)
@@ -78,7 +78,7 @@ def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
 
 def test_on_a_floor_at_rest_a_motion_ends_in_stick():
     model = belt(sf.Coulomb(mu_s=0.1, mu_k=0.1), speed=0.0)
-    last = told(model, periods=600, start={"x": 1.0})
+    last = last_message(model, periods=600, start={"x": 1.0})
     assert last["contacts"]["words"] == "It is stuck: all contacts stick all the time."
     (contact,) = last["contacts"]["contacts"]
     assert {piece["state"] for piece in contact["pieces"]} == {"forth", "back", "stick"}

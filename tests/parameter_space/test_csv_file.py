@@ -1,4 +1,4 @@
-"""Files of measurements: what they say comes back, and what they say wrongly is told."""
+"""Files of measurements: their content is read back, and mistakes in them are reported."""
 
 import numpy as np
 import pytest

@@ -18,7 +18,7 @@ def model():
 
 
 def ends_by_hand(frequency, forces, starts, rounds=60, steps=240):
-    """Stroboscopic states that motions from some velocities come to, shape (forces, starts)."""
+    """Stroboscopic states to which trajectories converge, shape (forces, starts)."""
     forces, starts = np.repeat(forces, len(starts)), np.tile(starts, len(forces))
     begin = np.zeros((len(forces), 1)), starts[:, None]
     span = (0.0, rounds * 2 * np.pi / frequency)

@@ -109,7 +109,7 @@ def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
 
 def test_an_equilibrium_has_frequencies_and_damping_ratios(brake):
     brake.open("")
-    told = "rightmost eigenvalue: 31.8"  # Hz: 200 rad/s
-    expect(brake.page.locator("#orbit-title")).to_contain_text(told)
+    message = "rightmost eigenvalue: 31.8"  # Hz: 200 rad/s
+    expect(brake.page.locator("#orbit-title")).to_contain_text(message)
     expect(brake.page.locator("#orbit-title")).to_contain_text("Hz, damping ratio 1.874")
     expect(brake.page.locator("#plot-eigenvalues .dot")).to_have_count(1)

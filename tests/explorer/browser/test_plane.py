@@ -136,8 +136,8 @@ def test_what_is_stopped_is_unfinished(new_tab):
     explorer = new_tab.open("model=sliding", plane=True)
     expect(legend(explorer).first).to_be_visible()
     explorer.page.locator(".progress").get_by_role("button", name="Stop").click()
-    told = "Stopped; the bifurcation set is unfinished."
-    expect(explorer.page.locator(".progress [role=status]")).to_have_text(told)
+    message = "Stopped; the bifurcation set is unfinished."
+    expect(explorer.page.locator(".progress [role=status]")).to_have_text(message)
 
 
 SHADES = """async (combinations) => {

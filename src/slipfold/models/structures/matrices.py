@@ -100,7 +100,7 @@ class Matrix:
         """Whether there are entries off the diagonal, none of them with a mirror image."""
         off = self.rows != self.columns
         rows, columns = self.rows[off], self.columns[off]
-        # Most matrices are complete: their first entry tells.
+        # Most matrices are complete, which their first entry shows.
         if not len(rows) or np.any((rows == columns[0]) & (columns == rows[0])):
             return False
         mirrored = np.isin(columns * self.size + rows, rows * self.size + columns)

@@ -88,7 +88,7 @@ _FORTRAN = re.compile(r"\((?:\d+P,?)?(\d*)[IEDFG](\d+)(?:\.\d+(?:E\d+)?)?\)")
 
 
 def _fixed(lines: list[str], form: str, count: int) -> list[str]:
-    """Return the numbers of lines in a Fortran format, in which they may touch each other."""
+    """Return the numbers of lines in a Fortran format, without blanks between them perhaps."""
     words = " ".join(lines).split()
     if len(words) == count:
         return words

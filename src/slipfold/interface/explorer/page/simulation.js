@@ -131,8 +131,8 @@ export class Simulation {
     if (far) {
       this.#become({ far, verdict: `After ${far}…` });
     } else if (done) {
-      const told = contacts?.words ? `${this.state.verdict}. ${contacts.words}` : this.state.verdict;
-      this.#become({ isRunning: false, contacts, verdict: told });
+      const sentence = contacts?.words ? `${this.state.verdict}. ${contacts.words}` : this.state.verdict;
+      this.#become({ isRunning: false, contacts, verdict: sentence });
     } else {
       const { count, duration: interval, max, min } = sections ?? nothing();
       this.#become({ count, interval, max, min, cycle: duration, longer, verdict });
