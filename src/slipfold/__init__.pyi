@@ -64,13 +64,13 @@ from slipfold.models.structures.contacts import ConstantLoad as ConstantLoad
 from slipfold.models.structures.contacts import ContactLoad as ContactLoad
 from slipfold.models.structures.contacts import FrictionContact as FrictionContact
 from slipfold.models.structures.contacts import ModulatedLoad as ModulatedLoad
+from slipfold.models.structures.damping import ModalDamping as ModalDamping
+from slipfold.models.structures.damping import ProportionalDamping as ProportionalDamping
 from slipfold.models.structures.forcing import BaseAcceleration as BaseAcceleration
 from slipfold.models.structures.forcing import BaseMotion as BaseMotion
 from slipfold.models.structures.forcing import HarmonicForce as HarmonicForce
 from slipfold.models.structures.forcing import MultiHarmonicForce as MultiHarmonicForce
 from slipfold.models.structures.forcing import TabulatedForce as TabulatedForce
-from slipfold.models.structures.matrices import ModalDamping as ModalDamping
-from slipfold.models.structures.matrices import ProportionalDamping as ProportionalDamping
 from slipfold.models.structures.reduction import CraigBampton as CraigBampton
 from slipfold.models.structures.reduction import FreeInterface as FreeInterface
 from slipfold.models.structures.reduction import ModalReduction as ModalReduction

@@ -29,13 +29,14 @@ from slipfold.models.structures.component import (
     weighted_sum,
 )
 from slipfold.models.structures.contacts import FrictionContact
+from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.matrices import (
     MATRICES,
-    Damping,
     Matrix,
     factor_names,
     factor_value,
+    is_diagonal,
     lowest_modes,
     static_shapes,
 )
@@ -227,7 +228,7 @@ class Assembly:
         if matrix is self.mass:
             return np.eye(self.size)
         diagonal = np.diag(self.mass)
-        if not np.any(self.mass - np.diag(diagonal)):
+        if is_diagonal(self.mass):
             return matrix / diagonal[:, None]
         result = np.asarray(np.linalg.solve(self.mass, matrix), dtype=float)
         largest = np.abs(result).max(axis=1, keepdims=True, initial=0.0)
@@ -454,8 +455,7 @@ class Assembly:
 
         Shapes: (n,), (n, n), (n, n).
         """
-        diagonal = not np.any(self.mass - np.diag(np.diag(self.mass)))
-        if diagonal or not self.symmetric or self.size > MATRICES.modal:
+        if is_diagonal(self.mass) or not self.symmetric or self.size > MATRICES.modal:
             return None
         squares, shapes = lowest_modes(self.stiffness, self.mass)
         if squares[-1] <= MATRICES.wide * abs(squares[0]):

@@ -21,6 +21,7 @@ from slipfold.models.structures.component import (
     brief,
 )
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
+from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.forcing import (
     BaseAcceleration,
     BaseMotion,
@@ -29,7 +30,6 @@ from slipfold.models.structures.forcing import (
     TabulatedForce,
 )
 from slipfold.models.structures.matrices import (
-    Damping,
     Matrix,
     as_matrix,
     check_mass,

@@ -34,13 +34,9 @@ from slipfold.models.structures.contacts import (
     ModulatedLoad,
     NormalLoad,
 )
+from slipfold.models.structures.damping import Damping, ModalDamping, ProportionalDamping
 from slipfold.models.structures.definition import COMPONENTS, Definition
-from slipfold.models.structures.matrices import (
-    Damping,
-    Matrix,
-    ModalDamping,
-    ProportionalDamping,
-)
+from slipfold.models.structures.matrices import Matrix
 from slipfold.models.structures.matrix_files import read_matrix
 from slipfold.models.structures.reduction import CraigBampton, FreeInterface, ModalReduction
 

@@ -11,7 +11,7 @@ from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Symbols
 from slipfold.models.structures.assembly import Assembly, Placed
 from slipfold.models.structures.component import LocalState, total
-from slipfold.models.structures.matrices import MATRICES, lowest_modes
+from slipfold.models.structures.matrices import MATRICES, is_diagonal, lowest_modes
 
 
 def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalForm | None:
@@ -39,15 +39,11 @@ def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalFor
 def _modes(assembly: Assembly) -> tuple[Array, Array, Array]:
     """Return squared circular frequencies, shapes and their inverse: (r,), (r, r), (r, r)."""
     mass, stiffness = assembly.mass, assembly.stiffness
-    if _is_diagonal(mass) and _is_diagonal(stiffness):
+    if is_diagonal(mass) and is_diagonal(stiffness):
         return np.diag(stiffness) / np.diag(mass), np.eye(len(mass)), np.eye(len(mass))
     squares, shapes = lowest_modes(stiffness, mass)
     moved = shapes.T @ mass
     return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
-
-
-def _is_diagonal(matrix: Array) -> bool:
-    return not np.any(matrix - np.diag(np.diag(matrix)))
 
 
 def _modal_damping(

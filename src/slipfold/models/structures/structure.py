@@ -20,8 +20,8 @@ from slipfold.models.friction.contact import Contact
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
+from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
-from slipfold.models.structures.matrices import Damping
 from slipfold.models.structures.modal import modal_form_of
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.unforced import MechanicalModel
