@@ -104,3 +104,16 @@ def test_what_saturates_beside_what_stays_linear_has_the_size_at_which_it_does(l
     q, v = measured(model).state_scales()
     assert 0.5 * length <= q <= 16 * length
     assert 0.5 * length / time <= v <= 16 * length / time
+
+
+def test_derivatives_that_are_rounding_errors_couple_nothing():
+    # The friction does not depend on the slip speed. Its derivative is zero, or 1e-17.
+    push = "mu*(N + 100*x)*(V - v)/sqrt((V - v)^2)"
+    along, across = f"60*y - 400*x - 0.02*v + {push}", f"60*x - 150*y - 0.02*w + 0.3*{push}"
+    states = {"x": "v", "v": along, "y": "w", "w": across}
+    model = sf.System(parameters={"mu": 0.3, "N": 7.0, "V": 5.0}, states=states)
+    for share in np.arange(20):
+        x, v, y, w = measured(model.replace(N=7 * (1 + 0.01 * share))).state_scales()
+        assert 1 / 8 < x / y < 8
+        assert 1 / 8 < v / w < 8
+        assert 4 < v / x < 64

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,10 @@ class ScaleSettings:
     periods: int = 8  # of a trial trajectory: a resonance shows, an instability is still small
     samples: int = 16  # of it a period
     rounding: float = 1e-9  # of the displacement at rest, or of the fastest rate
+    # Relative changes of states and coefficients that show which derivatives are rounding errors:
+    # several, since two evaluations may round alike
+    changes: tuple[float, ...] = (2.0**-46, -(2.0**-45), 2.0**-44, -(2.0**-43))
+    cancelled: float = 0.1  # change, over the size, of a derivative that is a rounding error
 
 
 SCALES = ScaleSettings()
@@ -332,10 +336,28 @@ class _View:
         """Return rates over a period at a state, (p, n), and mean moduli of their derivatives."""
         states = np.tile(state, (len(PHASES), 1))
         rates = self.flow.rates(states, PHASES, self.constants)
-        jacobians = self.flow.jacobians(states, PHASES, self.constants)
+        jacobians = self._jacobians(states)
         if self.slow is not None:
             rates, jacobians = rates @ self.slow.T, self.slow @ jacobians
         return rates, np.asarray(np.abs(jacobians).mean(axis=0))
+
+    def _jacobians(self, states: Array) -> Array:
+        """Return the derivatives of the rates at the phases, zero where they are rounding errors.
+
+        Other rounding of the states and coefficients changes those by their own size.
+
+        Shapes: states (p, n); returns (p, n, n).
+        """
+        result = self.flow.jacobians(states, PHASES, self.constants)
+        size, change = np.abs(result).mean(axis=0), np.zeros(result.shape[1:])
+        coefficients = self.constants.values
+        for relative in SCALES.changes:
+            changed = replace(
+                self.constants, values=coefficients * _changes(coefficients, relative)
+            )
+            others = self.flow.jacobians(states * _changes(states[0], -relative), PHASES, changed)
+            change = np.fmax(change, np.abs(others - result).mean(axis=0))
+        return np.where(change > SCALES.cancelled * size, 0.0, result)
 
     @cached_property
     def slow(self) -> Array | None:
@@ -415,6 +437,11 @@ class _View:
             large = fraction >= (maximum / 2 if fraction[-1] >= maximum / 2 else maximum)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
+
+
+def _changes(values: Array, relative: float) -> Array:
+    """Return factors near one, different for neighbors. Shapes: values (n,)."""
+    return 1.0 + relative * np.resize([1.0, -2.0, 3.0, -5.0, 7.0], len(values))
 
 
 def _largest(values: Array) -> float:
