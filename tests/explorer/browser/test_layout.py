@@ -102,3 +102,65 @@ def test_what_is_typed_lands_where_it_was_aimed_at(still):
         still.page.keyboard.press("Enter")
     assert still.parameter("Ns") == 0.3
     assert still.parameter("mu") == 0.5
+
+
+SCREEN = """
+() => ["#diagram .plot", "#orbit .stage", ".parameter:last-child", "#plane .plot", "#plot-time"]
+  .map((selector) => document.querySelector(selector).getBoundingClientRect())
+  .map(({ top, right, bottom }) => [top >= 0, right <= innerWidth, bottom <= innerHeight])
+"""
+
+ORDER = """
+() => ["#diagram .plot", "#orbit .stage", "#parameters", "#plane", "#simulation", "#basins"]
+  .map((selector) => document.querySelector(selector).getBoundingClientRect())
+  .map(({ top, height }) => (height ? top : null))
+"""
+
+
+def test_a_laptop_shows_curves_mechanism_and_sliders_and_a_phone_stacks_them(still):
+    rest = still.page.viewport_size
+    still.page.set_viewport_size({"width": 1366, "height": 768})
+    assert still.page.evaluate(SCREEN) == [[True] * 3] * 5
+    still.page.set_viewport_size({"width": 400, "height": 800})
+    wide = still.page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
+    places = still.page.evaluate(ORDER)
+    still.page.set_viewport_size(rest)
+    assert wide <= 0
+    assert places == [*sorted(places[:3]), None, None, None]
+
+
+LABELS = """
+async (texts) => {
+  const { labelPlaces } = await import("/page/plot_tools.js");
+  return labelPlaces(texts, [], { left: 0, top: 0, width: 400, height: 300 })
+    .map(({ text }) => text);
+}
+"""
+
+
+def labeled(text, *at):
+    return {"text": text, "short": text.split()[0], "at": at}
+
+
+def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(still):
+    piled = [labeled("PD super", 50, 50 + i) for i in range(3)]
+    mixed = [labeled("NS sub", 200, 50), labeled("PD super", 202, 51)]
+    apart = [labeled("LP", 300, 200), labeled("LP", 330, 200)]
+    shown = still.page.evaluate(LABELS, [*piled, *mixed, *apart])
+    assert shown == ["3 PD", "", "", "NS, PD", "", "LP", "LP"]
+    crowd = [labeled("Neimark", 100 + 12 * (i % 6), 100 + 12 * (i // 6)) for i in range(36)]
+    shown = still.page.evaluate(LABELS, crowd)
+    assert 4 < sum(map(bool, shown)) < 36
+
+
+def test_the_tour_does_not_move_the_plots(new_tab):
+    new_tab.page.set_viewport_size({"width": 1366, "height": 768})
+    new_tab.open(plane=True)
+    seen = "#diagram .plot, #plane .plot, #orbit .stage, #orbit .smalls"
+    rest = places(new_tab, seen)
+    new_tab.page.get_by_role("button", name="Tour").click()
+    following = new_tab.page.locator(".tour .main")
+    while following.is_visible():
+        assert places(new_tab, seen) == rest
+        following.click()
+    assert places(new_tab, seen) == rest

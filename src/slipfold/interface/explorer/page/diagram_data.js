@@ -18,8 +18,17 @@ function limitOf({ stopped, x: values, y, arclength }, x) {
   const at = `${x.label} = ${withUnit(x, stopped.value, DIGITS)}`;
   return [{
     type: "LIMIT", value: values.at(-1), y: y.at(-1), arclength: arclength.at(-1), criticality: null,
-    words: stopped.reason.split(":")[0], sentence: `${at}: ${stopped.reason}`,
+    words: nameOfEnd(stopped.reason), sentence: `${at}: ${stopped.reason}`,
   }];
+}
+
+/** Letters of the longest name that stands in the plot; the sentence is below it. */
+const LONGEST = 20;
+
+/** What an end is called beside its marker: what comes before the colon of its reason, if that is short. */
+function nameOfEnd(reason) {
+  const [name] = reason.split(":");
+  return name.length > LONGEST ? "end" : name;
 }
 
 /**
@@ -183,6 +192,7 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
  * @typedef {object} Mark
  * @property {string} type
  * @property {string} text what stands beside it
+ * @property {string} short the same where there is little room
  * @property {number} x
  * @property {number} y
  * @property {boolean} hollow
@@ -198,6 +208,7 @@ export function marksOf(diagram) {
   return distinct(points.map(({ type, criticality, words, value, y }) => ({
     type,
     text: type === "LIMIT" ? words : [type, SHORT[criticality]].filter(Boolean).join(" "),
+    short: type === "LIMIT" ? words : type,
     x: value,
     y,
     hollow: type === "LIMIT" || criticality === "subcritical",
@@ -235,18 +246,18 @@ export function lineTraces(diagram, color, name) {
 /**
  * Markers of a diagram with their names.
  * @param {string} paper color within open markers
- * @param {string[]} positions where each name stands; none are written if it is empty
+ * @param {{text: string, position: string}[]} labels what stands beside each and where; none if it is empty
  */
-export function markTrace(diagram, color, paper, positions) {
+export function markTrace(diagram, color, paper, labels) {
   const [fx, fy] = factors(diagram);
   const marks = marksOf(diagram);
   return {
     type: "scatter",
-    mode: positions.length ? "markers+text" : "markers",
+    mode: labels.length ? "markers+text" : "markers",
     x: marks.map((mark) => mark.x * fx),
     y: marks.map((mark) => mark.y * fy),
-    text: positions.length ? marks.map((mark) => escaped(mark.text)) : undefined,
-    textposition: positions,
+    text: labels.length ? labels.map(({ text }) => escaped(text)) : undefined,
+    textposition: labels.map(({ position }) => position),
     textfont: { color: color, size: 12 },
     marker: {
       symbol: marks.map((mark) => MARKERS[mark.type] ?? "circle"),

@@ -32,7 +32,7 @@ export class DiagramControls {
   #to = this.#bound(1, "to");
   #unit = element("span", { class: "unit" });
   #whole = element("button", {
-    type: "button", class: "quiet absent", on: { click: () => this.#commit({ zoom: null }) },
+    type: "button", class: "small-button whole absent", on: { click: () => this.#commit({ zoom: null }) },
   }, "Whole diagram");
 
   constructor(session) {
@@ -41,7 +41,7 @@ export class DiagramControls {
     this.#statistic = new Choice("Draw", (statistic) => this.#commit({ statistic, at: null, zoom: null }));
     this.#show = new Choice("of", (show) => this.#commit({ show, at: null, zoom: null }));
     this.node = element("div", { class: "sentence" },
-      this.#vary.node, element("span", {}, "from"), this.#from.node, element("span", {}, "to"), this.#to.node,
+      this.#vary.node, this.#from.node, element("span", {}, "to"), this.#to.node,
       this.#unit, this.#statistic.node, this.#show.node, this.#whole);
     session.store.changed.subscribe(() => this.#refresh());
     this.#refresh();
@@ -95,18 +95,16 @@ const CROSS = "M4 4l8 8M12 4l-8 8";
 const MOST = 12;
 
 export class Pins {
-  /** The element to put on the page. */
-  node = element("div", { class: "pins" });
-  #list = element("ul", { "aria-label": "Curves" });
+  /** The button to put on the page. */
+  node = element("button", { type: "button", class: "small-button", on: { click: () => this.pin() } }, "Pin this curve");
+  /** What each curve is. */
+  legend = element("ul", { class: "pins", "aria-label": "Curves" });
   #session;
 
   constructor(session) {
     this.#session = session;
-    const pin = element("button", { type: "button", class: "small-button", on: { click: () => this.pin() } },
-      "Pin this curve");
-    this.node.append(this.#list, pin);
     session.store.changed.subscribe(({ view, before }) => {
-      pin.disabled = view.pins.length >= MOST;
+      this.node.disabled = view.pins.length >= MOST;
       if (view.pins !== before.pins) this.#show(view.pins);
     });
     this.#show(session.view.pins);
@@ -137,7 +135,7 @@ export class Pins {
       }, icon(CROSS))));
     const live = element("li", { class: "pin live" },
       element("span", { class: "swatch", "aria-hidden": "true" }), "live");
-    this.#list.replaceChildren(...(pins.length ? [live, ...items] : []));
+    this.legend.replaceChildren(...(pins.length ? [live, ...items] : []));
   }
 
   #name(pin) {

@@ -146,7 +146,7 @@ export class DiagramPlot {
       return faint([...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])], answer.draft);
     });
     const live = color("live");
-    const marks = markTrace(diagram, live, paper, this.#positions(diagram));
+    const marks = markTrace(diagram, live, paper, this.#labels(diagram));
     this.#isDrawnFaint = this.#isFaint;
     return [
       ...pinned, ...this.#simulatedTraces(color),
@@ -181,11 +181,11 @@ export class DiagramPlot {
     return this.#measurements.of({ vary: x.name, show: y.name, statistic: y.statistic });
   }
 
-  #positions(diagram) {
+  #labels(diagram) {
     const [fx, fy] = factors(diagram);
     const { map, size } = this.#drawn;
     const at = (x, y) => map.toPixel(x * fx, y * fy);
-    const texts = marksOf(diagram).map((mark) => ({ text: mark.text, at: at(mark.x, mark.y) }));
+    const texts = marksOf(diagram).map((mark) => ({ text: mark.text, short: mark.short, at: at(mark.x, mark.y) }));
     const lines = diagram.branches.map(({ x, y }) => x.map((value, i) => at(value, y[i])));
     return labelPlaces(texts, lines, frame(size));
   }

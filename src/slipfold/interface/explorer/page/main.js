@@ -84,24 +84,25 @@ function build(models, study) {
       picture: (format) => drawn(simulation.title, simulations.figures, format),
     }, page),
   };
-  const diagramControls = new DiagramControls(session);
-  diagramControls.node.append(new MeasurementsControl(session, measurements).node);
+  const pins = new Pins(session);
+  const measured = new MeasurementsControl(session, measurements);
   const planeControls = new PlaneControls(session);
-  const planeSwitch = new PlaneSwitch(session);
   const panels = {
     parameters: panel("parameters", "Parameters", [], new ParameterPanel(session, refusals).node),
-    diagram: panel("diagram", "Response", [new Pins(session).node, planeSwitch.node, menus.diagram.node],
-      diagramControls.node, diagram.node, new SpecialPoints(session).node, keyHelp()),
-    plane: panel("plane", "Plane", [menus.plane.node],
-      planeControls.node, plane.node, plane.pointed.node, plane.legend.node, plane.checked.node,
-      regimes.node, planeControls.progress),
+    diagram: panel("diagram", "Response", [pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node],
+      new DiagramControls(session).node, diagram.node,
+      element("div", { class: "foot" }, pins.legend, new SpecialPoints(session).node), keyHelp()),
+    plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, menus.plane.node], planeControls.node,
+      element("div", { class: "plane-body" }, plane.node, element("div", { class: "plane-side" },
+        plane.legend.node, plane.pointed.node, regimes.node))),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
     simulation: panel("simulation", "Simulation", [menus.simulation.node],
       simulations.node),
     basins: panel("basins", "Basins", [], new BasinsPanel(session, simulation).node),
   };
   const studies = study ? [studyPanel(session, new Study(study), page)] : [];
-  const main = element("main", {}, ...studies, panels.diagram, panels.plane, panels.orbit, panels.simulation, panels.basins);
+  const curves = element("div", { class: "curves" }, panels.diagram, panels.plane);
+  const main = element("main", {}, ...studies, curves, panels.orbit, panels.simulation, panels.basins);
   document.getElementById("page").replaceChildren(
     new Toolbar(session, { status: status.node, say, tour }).node, notices.node, panels.parameters, main,
     tour.node, dialog.node, announcer.node);

@@ -116,15 +116,15 @@ function draftOf(lines) {
  * All traces of a plane.
  * @param {object} plane the server's answer
  * @param {[number, number]} factors of the two axes
- * @param {string[]} positions where the names of the points stand
+ * @param {{text: string, position: string}[]} labels names of the points and where they stand
  * @param {object[]} motions what is drawn between areas and lines
  */
-function planeTraces(plane, color, [fx, fy], positions, motions) {
+function planeTraces(plane, color, [fx, fy], labels, motions) {
   return [
     ...regionTraces(plane.regions, color, fx, fy),
     ...motions,
     ...plane.loci.flatMap((locus) => locusTraces(locus, color, fx, fy, plane.isDraft)),
-    specialTrace(markedPoints(plane), positions, color, fx, fy),
+    specialTrace(markedPoints(plane), labels, color, fx, fy),
   ];
 }
 
@@ -166,11 +166,11 @@ function locusTraces(locus, color, fx, fy, isDraft) {
   }));
 }
 
-function specialTrace(special, positions, color, fx, fy) {
+function specialTrace(special, labels, color, fx, fy) {
   return {
     type: "scatter", mode: "markers+text", hoverinfo: "skip",
     x: special.map(({ x }) => x * fx), y: special.map(({ y }) => y * fy),
-    text: special.map(({ type }) => escaped(type)), textposition: positions,
+    text: labels.map(({ text }) => escaped(text)), textposition: labels.map(({ position }) => position),
     textfont: { size: 11, color: color("ink") },
     marker: { size: 6, color: color("ink") },
   };
@@ -432,7 +432,7 @@ export class PlanePlot {
     sheet.annotations = picture ? [] : regionNames(shown?.regions, color, [fx, fy], frame(size));
     const below = regimeTraces(picture, color, [fx, fy]);
     const traces = shown
-      ? planeTraces(shown, color, [fx, fy], this.#positions(shown, fx, fy, size), below) : below;
+      ? planeTraces(shown, color, [fx, fy], this.#labels(shown, fx, fy, size), below) : below;
     window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
     this.legend.show(shown, picture);
     this.checked.show(shown?.checked);
@@ -441,11 +441,11 @@ export class PlanePlot {
     this.#place();
   }
 
-  #positions(plane, fx, fy, size) {
+  #labels(plane, fx, fy, size) {
     const at = (x, y) => this.#map.toPixel(x * fx, y * fy);
     const lines = plane.loci.flatMap((locus) => locus.segments)
       .map(({ x, y }) => x.map((value, i) => at(value, y[i])));
-    const texts = markedPoints(plane).map(({ type, x, y }) => ({ text: type, at: at(x, y) }));
+    const texts = markedPoints(plane).map(({ type, x, y }) => ({ text: type, short: type, at: at(x, y) }));
     return labelPlaces(texts, lines, frame(size));
   }
 

@@ -183,25 +183,53 @@ const HEIGHT = 14;
 const WIDTH = 6.7;
 const GAP = 8;
 
+/** Pixels within which markers lie on each other: they share a text. */
+const CLOSE = 9;
+
+/** Share of a text that may lie on other texts; it is left out where there is no such place. */
+const HIDDEN = 0.2;
+
 /**
- * Choose a place for each text; the first choose first.
- * @param {{text: string, at: [number, number]}[]} texts with their points in pixels
+ * Choose a place for each text; the first choose first. Texts of markers that lie on each other
+ * become one, e.g. "3 PD", and a text without room is empty.
+ * @param {{text: string, short: string, at: [number, number]}[]} texts with their points in pixels
  * @param {[number, number][][]} lines in pixels
  * @param {{left: number, top: number, width: number, height: number}} frame to stay in, in pixels
- * @returns {string[]} plotly's `textposition`
+ * @returns {{text: string, position: string}[]} with plotly's `textposition`
  */
 export function labelPlaces(texts, lines, frame) {
-  const taken = texts.map(({ at }) => boxAround(at, 10, 10));
+  const markers = texts.map(({ at }) => boxAround(at, 10, 10));
+  const labels = [];
   const ink = points(lines);
-  return texts.map(({ text, at }) => {
-    const costs = POSITIONS.map((position, i) => {
-      const box = boxAt(position, at, text.length * WIDTH);
-      return 0.3 * i + outside(box, frame) + overlap(box, taken) + inkUnder(box, ink);
-    });
-    const position = POSITIONS[costs.indexOf(Math.min(...costs))];
-    taken.push(boxAt(position, at, text.length * WIDTH));
-    return position;
+  return gathered(texts).map(({ text, at }) => {
+    const boxes = POSITIONS.map((position) => boxAt(position, at, text.length * WIDTH));
+    const costs = boxes.map((box, i) =>
+      0.3 * i + outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink));
+    const best = costs.indexOf(Math.min(...costs));
+    const isHidden = overlap(boxes[best], labels) > HIDDEN * text.length * WIDTH * HEIGHT;
+    if (text && !isHidden) labels.push(boxes[best]);
+    return { text: isHidden ? "" : text, position: POSITIONS[best] };
   });
+}
+
+/** The texts of markers on each other as the text of the first of them. */
+function gathered(texts) {
+  const groups = [];
+  for (const item of texts) {
+    const near = groups.find(([{ at: [x, y] }]) => Math.hypot(x - item.at[0], y - item.at[1]) < CLOSE);
+    if (near) near.push(item);
+    else groups.push([item]);
+  }
+  return texts.map((item) => {
+    const group = groups.find(([first]) => first === item) ?? [];
+    return { at: item.at, text: group.length > 1 ? counted(group.map(({ short }) => short)) : group[0]?.text ?? "" };
+  });
+}
+
+/** Names with how often they occur: "3 PD, NS". */
+function counted(names) {
+  const counts = Map.groupBy(names, (name) => name);
+  return [...counts].map(([name, { length }]) => (length > 1 ? `${length} ${name}` : name)).join(", ");
 }
 
 function boxAt(position, [x, y], width) {
@@ -229,7 +257,7 @@ function overlap(box, others) {
     const height = Math.min(box[3], other[3]) - Math.max(box[1], other[1]);
     if (width > 0 && height > 0) area += width * height;
   }
-  return 0.4 * area;
+  return area;
 }
 
 function inkUnder([left, top, right, bottom], ink) {
