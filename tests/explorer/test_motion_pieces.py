@@ -1,14 +1,16 @@
-"""Messages of simulations of unforced models."""
+"""Messages of simulations, and of views of their ends."""
 
 import json
 
+import numpy as np
 import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
-from slipfold.interface.explorer.messages import SimulationRequest
+from slipfold.interface.explorer.messages import MotionRequest, SimulationRequest
+from slipfold.interface.explorer.motions import send_motion
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import send_simulation
+from slipfold.interface.explorer.trajectories import Solutions, send_simulation
 
 CHAIN = """
 name = "chain"
@@ -83,3 +85,66 @@ def test_on_a_floor_at_rest_a_motion_ends_in_stick():
     (contact,) = last["contacts"]["contacts"]
     assert {piece["state"] for piece in contact["pieces"]} == {"forth", "back", "stick"}
     assert contact["pieces"][-1]["slip"][0][-1] == 0
+
+
+def views(model, outputs, **options):
+    request = MotionRequest(kind="motion", id=1, model=model.name, outputs=outputs, **options)
+    pieces = []
+    send_motion(model, request, pieces.append, lambda: None, Solutions())
+    return pieces[-1]
+
+
+def test_views_of_a_response_are_those_of_simulate():
+    model = sf.SlidingOscillator(f=12.2, Nd=0.15)
+    start = {"y": 0.01}
+    shown = views(model, ("x", "N"), periods=1000, start=start)
+    motion = sf.simulate(model, 1000, start)
+    assert motion.settlement.period == 2
+    assert shown["periods"] == 4
+    assert shown["duration"] == pytest.approx(4 / 12.2)
+    assert (shown["forcing"], shown["frequency"]) == (12.2, 6.1)
+    x = motion.output("x", -4, None, 256)[1]
+    assert shown["columns"]["x"] == pytest.approx(x, rel=1e-6, abs=1e-7)
+    assert shown["section"]["level"] is None
+    section = motion.states[-500:, 0]
+    assert shown["section"]["columns"]["x"] == pytest.approx(section, rel=1e-6, abs=1e-7)
+    spectrum = motion.spectrum(64)
+    for order in (0, 0.5, 1, 1.5, 2):
+        line = shown["spectrum"]["frequency"].index(pytest.approx(order * 12.2))
+        amplitude = shown["spectrum"]["amplitude"]["N"][line]
+        assert amplitude == pytest.approx(spectrum.line("N", order), rel=1e-5)
+    assert views(model, ("x",), periods=1000, start=start, window=1)["periods"] == 2
+
+
+def test_a_cycle_has_its_section_where_it_passes_its_mean():
+    model = sf.built_in_models()["vanderpol-free"]()
+    shown = views(model, ("x", "v"), periods=600)
+    section = shown["section"]
+    assert abs(section["level"]) < 1e-3
+    assert section["columns"]["x"] == pytest.approx([section["level"]] * PAGE.window, abs=1e-5)
+    speed = np.array(section["columns"]["v"])
+    assert speed.min() > 0
+    assert np.ptp(speed) < 1e-4 * speed.min()
+    assert shown["frequency"] == pytest.approx(1 / 6.663287, rel=1e-6)
+
+
+def test_lines_of_a_motion_that_never_repeats_do_not_bury_each_other():
+    # Undamped and forced: two lines that have no ratio, and nothing else.
+    model = sf.System(
+        name="two lines",
+        parameters={"k": 2.0, "f": 1.0, "F": 1.0},
+        states={"q": "v", "v": "F*cos(2*pi*f*t) - k*q"},
+        forcing={"period": "1/f", "amplitude": "F"},
+    )
+    shown = views(model, ("q",), periods=512)
+    assert shown["frequency"] is None
+    frequency, amplitude = (
+        np.array(item)
+        for item in (shown["spectrum"]["frequency"], shown["spectrum"]["amplitude"]["q"])
+    )
+    own = 2**0.5 / (2 * np.pi)
+    forced = 1 / abs(2 - (2 * np.pi) ** 2)
+    assert amplitude[np.argmin(abs(frequency - 1))] == pytest.approx(forced, rel=1e-4)
+    assert amplitude[np.argmin(abs(frequency - own))] == pytest.approx(forced, rel=0.16)
+    between = (abs(frequency - own) > 0.2) & (abs(frequency - 1) > 0.05)
+    assert amplitude[between].max() < 1e-5 * forced

@@ -27,7 +27,8 @@ def test_from_rest_it_settles_on_the_stable_branch(explorer):
     explorer.page.get_by_role("button", name="From rest").click()
     expect(explorer.page.locator(".verdict")).to_have_text(SETTLED)
     x, y = dots(explorer)
-    assert explorer.page.locator("#plot-settling .dot").count() == len(y) > 100
+    drawn = explorer.page.locator("#plot-settling .dot:not(.other)").get_attribute("d")
+    assert drawn.count("h0") == len(y) > 100
     assert set(x) == {0.02}
     chosen = explorer.page.locator(f"{DIAGRAM} .place.chosen").bounding_box()
     height = chosen["y"] + chosen["height"] / 2
@@ -44,6 +45,28 @@ def test_what_has_not_settled_is_simulated_for_as_long_as_is_advised(explorer):
     page.get_by_role("button", name="Simulate 20000 periods").wait_for()
     expect(page.locator(".verdict")).to_contain_text("simulate 60000")
     page.get_by_role("button", name="Clear").click()
+
+
+def test_views_of_a_torus_follow_what_is_chosen(explorer):
+    page = explorer.open("model=sliding&p.Nd=0.06").page
+    motion = page.locator(".motion")
+    page.get_by_role("button", name="From rest").click()
+    expect(page.locator("#plot-motion-section svg")).to_have_attribute(
+        "aria-label", re.compile("at phase zero of the forcing, 300 points")
+    )
+    assert page.locator("#plot-motion-section .dot").get_attribute("d").count("h0") == 300
+    expect(page.locator("#plot-motion-spectrum .note")).to_have_text(["f/2", "f", "2f"])
+    before = motion.get_attribute("data-drawn")
+    motion.get_by_label("of output").select_option("N")
+    expect(motion).not_to_have_attribute("data-drawn", before)
+    expect(page.locator("#plot-motion-time .title").last).to_have_text("N (N)")
+    expect(page.locator("#plot-motion-portrait .title").first).to_have_text("N (N)")
+    motion.get_by_label("spectrum in").select_option("reference")
+    expect(page.locator("#plot-motion-spectrum .title").last).to_have_text("N (dB re 1 µN)")
+    motion.get_by_label("View").select_option("spectrum")
+    expect(page.locator(".motion .small:visible")).to_have_count(1)
+    page.get_by_role("button", name="Clear").click()
+    expect(motion).to_be_hidden()
 
 
 def test_from_an_orbit_nudged_off_it_and_cleared(explorer):

@@ -27,10 +27,12 @@ from slipfold.interface.explorer.messages import (
     SimulationRequest,
     ViewRequest,
 )
+from slipfold.interface.explorer.motions import send_motion
 from slipfold.interface.explorer.pictures import send_basins, send_regimes
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import (
+    Solutions,
     orbit_view,
     send_exponents,
     send_simulation,
@@ -59,6 +61,7 @@ class Answering:
         self._catalogue = catalogue
         self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._nearest: dict[Hashable, Diagram] = {}
+        self._solutions = Solutions()
 
     def warm_up(self) -> None:
         """Compile or load the flows of the first model, so that the first request does not wait.
@@ -95,6 +98,9 @@ class Answering:
         try:
             if request.kind in STREAMS:
                 STREAMS[request.kind](self._catalogue.of(request), request, send, check)
+            elif request.kind in VIEWS_OF_SOLUTIONS:
+                show = VIEWS_OF_SOLUTIONS[request.kind]
+                show(self._catalogue.of(request), request, send, check, self._solutions)
             else:
                 self._answer(request, send, check)
         except InputError as error:
@@ -197,12 +203,17 @@ class Answering:
 
 
 STREAMS: Mapping[str, Callable[..., None]] = {
-    "simulation": send_simulation,
     "exponents": send_exponents,
     "basins": send_basins,
     "regimes": send_regimes,
 }
 """What answers a request by more than one view of its model."""
+
+VIEWS_OF_SOLUTIONS: Mapping[str, Callable[..., None]] = {
+    "simulation": send_simulation,
+    "motion": send_motion,
+}
+"""What shows a solution, which is kept for further views."""
 
 
 def _checking(check: Check, observer: Observer | None) -> Observer:

@@ -178,11 +178,27 @@ MOST_PERIODS = 20_000
 """Maximum number of periods of a simulation."""
 
 
-class SimulationRequest(TrajectoryRequest):
+class SolutionRequest(TrajectoryRequest):
+    """A solution over some time."""
+
+    periods: Annotated[int, Field(ge=1, le=MOST_PERIODS, strict=True)] = 400  # of the forcing
+
+
+class SimulationRequest(SolutionRequest):
     """A simulation, with notes of its progress."""
 
     kind: Literal["simulation"]
-    periods: Annotated[int, Field(ge=1, le=MOST_PERIODS, strict=True)] = 400  # of the forcing
+
+
+class MotionRequest(SolutionRequest):
+    """Views of the end of a simulation: in time, in a section, as a spectrum."""
+
+    rank: ClassVar[int] = 1
+
+    kind: Literal["motion"]
+    outputs: Annotated[tuple[Name, ...], Field(min_length=1, max_length=4)]
+    # Forcing periods, or rounds of a cycle, that are shown; as many as suit the motion if None
+    window: Annotated[int, Field(ge=1, le=PAGE.window, strict=True)] | None = None
 
 
 class ExponentsRequest(TrajectoryRequest):
@@ -209,7 +225,9 @@ class CancelRequest(_Request):
     """Stop a computation."""
 
     kind: Literal["cancel"]
-    of: Literal["diagram", "orbit", "plane", "simulation", "exponents", "basins", "regimes"]
+    of: Literal[
+        "diagram", "orbit", "plane", "simulation", "motion", "exponents", "basins", "regimes"
+    ]
 
 
 DrawnRequest = Annotated[
@@ -222,6 +240,7 @@ _View = (
     | OrbitRequest
     | PlaneRequest
     | SimulationRequest
+    | MotionRequest
     | ExponentsRequest
     | BasinsRequest
     | RegimesRequest

@@ -15,6 +15,7 @@ class PageSettings:
     name_length: int = 200  # maximum number of characters of a name
     margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value
     diagrams: int = 16  # diagrams stored, each below a megabyte
+    solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states
     # Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six
     digits: int = 7
     points: int = 20_000  # points that a browser draws and searches without delay
@@ -23,6 +24,8 @@ class PageSettings:
     samples: int = 64
     max_samples: int = 4096  # maximum number of samples of one orbit
     orders: int = 8  # highest frequency shown, in forcing frequencies
+    window: int = 256  # periods at most in which a simulation is shown: 16 samples each are left
+    section: int = 2000  # points at most of a Poincare section: more cover each other
     # Extrema over time of a simulation: a column of pixels each on a wide screen
     columns: int = 1000
     least_samples: int = 8  # samples a period at least, where a column has many periods

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
+from collections.abc import Hashable
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,7 @@ from slipfold.interface.explorer.messages import (
     MOST_PERIODS,
     ExponentsRequest,
     SimulationRequest,
+    SolutionRequest,
     TrajectoryRequest,
 )
 from slipfold.interface.explorer.plain import Check, Emit, now_and_then, number, short
@@ -106,23 +109,52 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
 TOLERANCE = default_of(simulate, "tolerance")
 
 
+class Solutions:
+    """The trajectories that were integrated last: views of one do not integrate it again."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[Hashable, Trajectory] = OrderedDict()
+
+    def of(
+        self, model: Model, request: SolutionRequest, emit: Emit, check: Check = lambda: None
+    ) -> Trajectory:
+        """Return the trajectory that a request is about; send how far it is."""
+        start = initial_state(model, start_of(model, request))
+        key = model, tuple(start.tolist()), request.periods
+        if key not in self._kept:
+            timeless = runs_until_steady(model)
+            self._kept[key] = integrate(
+                model if timeless else timed(model, request),
+                None if timeless else request.periods,
+                start,
+                tolerance=TOLERANCE,
+                observer=now_and_then(emit, check, _far if model.forced else _time),
+            )
+        self._kept.move_to_end(key)
+        while len(self._kept) > PAGE.solutions:
+            self._kept.popitem(last=False)
+        return self._kept[key]
+
+
+def runs_until_steady(model: Model) -> bool:
+    """Whether solutions continue until they are steady, as in `slipfold.simulate`."""
+    return not model.forced and bool(contacts_of(model))
+
+
 def send_simulation(
-    model: Model, request: SimulationRequest, emit: Emit, check: Check = lambda: None
+    model: Model,
+    request: SimulationRequest,
+    emit: Emit,
+    check: Check = lambda: None,
+    solutions: Solutions | None = None,
 ) -> None:
     """Integrate a solution; send how far it is, and at its end what is drawn of it."""
-    start = initial_state(model, start_of(model, request))
-    # Autonomous solutions with contacts continue until they are steady, as in `slipfold.simulate`.
-    until_steady = not model.forced and bool(contacts_of(model))
-    result = integrate(
-        model if until_steady else timed(model, request),
-        None if until_steady else request.periods,
-        start,
-        tolerance=TOLERANCE,
-        observer=now_and_then(emit, check, _far if model.forced else _time),
-    )
+    result = (solutions or Solutions()).of(model, request, emit, check)
     # Apart, so that a page draws one and hears its reader before it draws the other.
     advised = min(10 * result.periods, MOST_PERIODS)
-    goes_on = not (until_steady or result.settlement.settled or result.stopped is not None)
+    goes_on = not (
+        runs_until_steady(model) or result.settlement.settled or result.stopped is not None
+    )
     longer = advised if goes_on and advised > result.periods else None
     sections = _sections(result, check)
     emit({"sections": sections, **_classification(result), "longer": longer, "done": False})

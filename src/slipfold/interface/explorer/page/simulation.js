@@ -3,7 +3,8 @@
 import { ContactPanel } from "./contacts.js";
 import { valueTitle } from "./diagram_plot.js";
 import { element } from "./dom.js";
-import { formatted, withUnit } from "./quantities.js";
+import { MotionPanel } from "./motion.js";
+import { axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Signal } from "./store.js";
 import { diagramRequest, exponentsRequest, simulationRequest } from "./view.js";
@@ -278,6 +279,7 @@ export class SimulationPanel {
   #perturbation = element("select", { "aria-label": "Perturbation" },
     ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
   #contacts;
+  #motion;
   #longer;
   #stop;
   #clear;
@@ -297,12 +299,14 @@ export class SimulationPanel {
     this.#stop = button("Stop", () => simulation.stop(), "quiet");
     this.#clear = button("Clear", () => simulation.clear(), "quiet");
     this.#contacts = new ContactPanel(session, simulation);
+    this.#motion = new MotionPanel(session, simulation);
     this.node = element("div", { class: "simulation" },
       element("div", { class: "sentence" },
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
         element("label", { class: "choice" }, element("span", {}, "perturbed by"), this.#perturbation),
         this.#longer, this.#stop, this.#clear),
-      this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#contacts.node);
+      this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#motion.node,
+      this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {
       if (view.model !== before.model || view.show !== before.show || view.statistic !== before.statistic) this.#show(diagram);
@@ -313,7 +317,7 @@ export class SimulationPanel {
 
   /** All drawings with their captions, for a file. */
   get figures() {
-    return [this.#plot.figure, ...this.#contacts.figures];
+    return [this.#plot.figure, ...this.#motion.figures, ...this.#contacts.figures];
   }
 
   #show(diagram) {
@@ -337,11 +341,15 @@ export class SimulationPanel {
     if (this.#session.diagram) diagram.simulated(y.length && isSame ? { x, y } : null);
     if (y.length === 0) return;
     const quantity = { ...this.#session.quantity(show), statistic };
+    const other = { max: "min", min: "max" }[statistic];
+    const clouds = [statistic, ...(other ? [other] : [])].map((name, i) => ({
+      x: y.map((_, k) => at(k + 1)), y: i ? this.#simulation.values(show, name) : y, tint: `settling ${i ? "other" : ""}`, name,
+    }));
     this.#plot.draw({
       x: { label: this.#session.model.forced ? "forcing period" : "time (s)", range: [0, at(Math.max(y.length, 10))] },
-      y: { label: valueTitle({ ...quantity, label: quantity.label ?? show }) },
-      lines: [],
-      dots: y.map((value, i) => ({ x: at(i + 1), y: value, tint: "settling" })),
+      y: { label: other ? axisTitle(quantity) : valueTitle({ ...quantity, label: quantity.label ?? show }) },
+      lines: other ? clouds.map(({ tint, name }) => ({ x: [], y: [], tint, name })) : [],
+      clouds,
     }, `Simulation: ${verdict}`);
   }
 }

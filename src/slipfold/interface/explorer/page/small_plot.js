@@ -24,9 +24,12 @@ const BAND = 0.32;
  * @property {{label: string, range?: [number, number], isLog?: boolean}} y
  * @property {Line[]} lines
  * @property {{x: number, y: number, tint: string}[]} [dots]
+ * @property {{x: number[], y: number[], tint: string}[]} [clouds] thousands of dots as one element
  * @property {{x: number[], y: number[], tint: string}[]} [stems] lines from the bottom up
  * @property {{x: [number, number], row: number, tint: string}[]} [bands] bars along rows, which
  *   the ordinate names: `y.rows`
+ * @property {string[]} [notes] lines of words in the upper left corner
+ * @property {{x: number, text: string, isBefore?: boolean}[]} [above] words at the upper edge
  */
 
 export class SmallPlot {
@@ -138,12 +141,19 @@ export class SmallPlot {
         "text-anchor": "middle",
       });
     }
+    const { notes = [], above = [] } = this.#picture;
+    notes.forEach((note, i) => text(note, { class: "note", x: left + 6, y: top + 13 * (i + 1) }));
+    for (const { x: at, text: word, isBefore } of above) {
+      text(word, {
+        class: "note", x: x(at) + (isBefore ? -3 : 3), y: top + 11, "text-anchor": isBefore ? "end" : "start",
+      });
+    }
     this.#axes.replaceChildren(...nodes);
   }
 
   #drawInk() {
     const { x, y, bottom } = this.#map;
-    const { lines, dots = [], stems = [], bands = [] } = this.#picture;
+    const { lines, dots = [], clouds = [], stems = [], bands = [] } = this.#picture;
     const at = (a, b) => `${x(a).toFixed(1)} ${y(b).toFixed(1)}`;
     this.#ink.replaceChildren(
       ...bands.map((band) => svg("path", {
@@ -159,16 +169,19 @@ export class SmallPlot {
         d: stem.x.map((value, i) => `M${at(value, stem.y[i])}V${bottom}`).join(""),
       })),
       ...dots.map((dot) => svg("path", { class: `dot ${dot.tint}`, d: `M${at(dot.x, dot.y)}h0` })),
+      ...clouds.map((cloud) => svg("path", {
+        class: `dot ${cloud.tint}`, d: cloud.x.map((value, i) => `M${at(value, cloud.y[i])}h0`).join(""),
+      })),
     );
   }
 }
 
-function mapOf({ x, y, lines, dots = [], stems = [] }, width, height, isEqual) {
+function mapOf({ x, y, lines, dots = [], clouds = [], stems = [] }, width, height, isEqual) {
   let left = MARGIN.left;
   const right = width - MARGIN.right;
   const top = MARGIN.top;
   const bottom = height - MARGIN.bottom;
-  const all = [...lines, ...stems];
+  const all = [...lines, ...stems, ...clouds];
   const scale = y.isLog ? (value) => Math.log10(Math.max(value, 1e-300)) : (value) => value;
   let xRange = x.range ?? padded([...all.flatMap((line) => line.x), ...dots.map((dot) => dot.x)]);
   let yRange = y.range ??

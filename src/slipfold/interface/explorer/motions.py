@@ -1,0 +1,116 @@
+"""Views of the end of a simulation: over time, as a Poincare section, as a spectrum."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.trajectory import Trajectory
+from slipfold.interface.explorer.messages import MotionRequest
+from slipfold.interface.explorer.plain import Check, Emit, axis_of, number, short
+from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.trajectories import Solutions
+from slipfold.long_term.spectrum import find_spectrum
+from slipfold.models.model import Model
+
+ROUNDS = 2
+"""Responses that are shown of a motion that repeats: one alone does not show that it does."""
+
+OPEN = 32
+"""Forcing periods that are shown of another motion."""
+
+
+def send_motion(
+    model: Model, request: MotionRequest, emit: Emit, check: Check, solutions: Solutions
+) -> None:
+    """Send views of the end of a simulation; what has no value in places is left out."""
+    for name in request.outputs:
+        axis_of(model, name)  # before what takes time
+    trajectory = solutions.of(model, request, emit, check)
+    if trajectory.periods == 0:
+        emit({"empty": True})
+        return
+    period = flow_of(trajectory.model).constants_of(trajectory.steady_model).period
+    settlement = trajectory.settlement
+    repeats = settlement.settled and bool(model.forced or settlement.duration)
+    response = (settlement.period or 1) * period
+    emit(
+        {
+            **_window(trajectory, request, period),
+            "section": _section(trajectory, request.outputs),
+            "spectrum": _spectrum(trajectory, request.outputs),
+            "forcing": 1 / period if model.forced else None,
+            "frequency": number(1 / response) if repeats else None,
+            "settled": settlement.settled,
+        }
+    )
+
+
+def _window(trajectory: Trajectory, request: MotionRequest, period: float) -> dict[str, Any]:
+    """Return outputs over the last periods, or over rounds of a cycle."""
+    settlement = trajectory.settlement
+    usual = ROUNDS * (settlement.period or 1) if settlement.settled else OPEN
+    count = trajectory.steady_periods(min(request.window or usual, PAGE.window))
+    if settlement.duration is None:
+        count = min(count, trajectory.periods)
+    each = max(min(4 * PAGE.samples, PAGE.max_samples // count), PAGE.least_samples)
+    values = trajectory.steady_outputs(count, each)
+    return {
+        "periods": count,
+        "duration": count * period,
+        "columns": _columns(flow_of(trajectory.model), request.outputs, values),
+    }
+
+
+def _columns(
+    flow: Flow, names: tuple[str, ...], values: NDArray[np.float64]
+) -> dict[str, list[float]]:
+    """Return what is finite of some outputs. Shapes: values (m, n_outputs)."""
+    columns = {name: values[:, flow.output_index(name)] for name in names}
+    return {name: short(column) for name, column in columns.items() if np.isfinite(column).all()}
+
+
+def _section(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return outputs at phase zero, or where the first one passes its mean upwards."""
+    flow = flow_of(trajectory.model)
+    kept = min(max(trajectory.periods // 2, 1), PAGE.section)
+    if trajectory.model.forced:
+        states = trajectory.states[-kept:]
+        constants = flow.constants_of(trajectory.model)
+        values = flow.outputs(states, np.zeros(len(states)), constants)
+        return {"level": None, "columns": _columns(flow, names, values)}
+    samples = trajectory.steady_outputs(min(kept, PAGE.window), PAGE.samples)
+    level = float(samples[:, flow.output_index(names[0])].mean())
+    return {"level": number(level), "columns": _passed(_columns(flow, names, samples), level)}
+
+
+def _passed(columns: dict[str, list[float]], level: float) -> dict[str, list[float]]:
+    """Return values where the first column passes a level upwards, by splines through samples."""
+    from scipy.interpolate import CubicSpline  # takes half a second to import
+
+    splines = {name: CubicSpline(range(len(c)), c) for name, c in columns.items()}
+    if not splines or not np.isfinite(level):
+        return {}
+    first = next(iter(splines.values()))
+    passed = first.solve(level, extrapolate=False)
+    upward = passed[first(passed, 1) > 0]
+    return {name: short(spline(upward)) for name, spline in splines.items()}
+
+
+def _spectrum(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
+    """Return amplitudes up to some multiples of the first frequency."""
+    settled = trajectory.settlement.settled or trajectory.sticking is not None
+    spectrum = find_spectrum(
+        trajectory, PAGE.window // (4 if settled else 1), PAGE.samples, tapered=True
+    )
+    seen = spectrum.order <= PAGE.orders
+    amplitude = {name: spectrum.of(name)[seen] for name in names}
+    return {
+        "frequency": short(spectrum.frequency[seen]),
+        "amplitude": {
+            name: short(values) for name, values in amplitude.items() if np.isfinite(values).all()
+        },
+    }
