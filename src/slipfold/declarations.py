@@ -22,6 +22,7 @@ METAVARS = {
     "text": "TEXT", "texts": "TEXT", "flag": "", "whole": "N", "wholes": "N", "number": "R",
     "numbers": "R", "pair": "FROM:TO", "grid": "N1xN2", "intervals": "NAME=FIRST:LAST",
     "values": "NAME=VALUE", "entries": "NAME=VALUE", "spans": "NAME=FIRST:LAST",
+    "starts": "NAME=VALUE,...",
 }  # fmt: skip
 """Kinds of parameters, and what a command calls their values: ``entries`` are always by name."""
 

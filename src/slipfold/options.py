@@ -188,6 +188,24 @@ Gradients = Annotated[
     bool,
     Option("Compute the derivatives of every special point with respect to every other parameter."),
 ]
+Also = Annotated[
+    "Sequence[PeriodicOrbit | Mapping[str, float | str]]",
+    Option(
+        "Further starts: orbits, whose branches are followed as well; or mappings as `start`, from "
+        "which a solution is integrated until it is steady. A start on a known branch adds none.",
+        "starts",
+        command_help="A further start, e.g. Vd=0.5,x=1: a value of the varied parameter, and "
+        "states, from which a solution is integrated until it is steady to follow its branch, too.",
+    ),
+]
+Gaps = Annotated[
+    bool,
+    Option(
+        "Also integrate solutions from the model's start until they are steady, in parts of the "
+        "span that no branch reaches or where all equilibria are unstable, and follow their "
+        "branches."
+    ),
+]
 Search = Annotated[
     "bool | Mapping[str, Interval]",
     Option(

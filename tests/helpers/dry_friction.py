@@ -23,6 +23,22 @@ friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
 period = "2*pi/W"
 """
 
+FORCED_SLIDER = """
+name = "forced slider"
+parameters = { F = 0.6, W = 1.4, Vd = 1.2 }
+[states]
+x = "v"
+v = "R - x - 0.02*v + F*sin(W*t)"
+[forcing]
+period = "2*pi/W"
+amplitude = "F"
+[contacts.R]
+slip = "Vd - v"
+normal = "1.0"
+friction = { law = "Coulomb", mu_s = "0.6", mu_k = "0.3" }
+"""
+"""A forced mass on a belt; friction is less in slip, so that its responses end where it begins."""
+
 
 def belt(law, speed=0.2, damping=0.0):
     """A mass on a belt: k = m = 1, normal force 1, damping of the absolute velocity."""

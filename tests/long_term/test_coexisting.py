@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.dry_friction import FORCED_SLIDER
 from slipfold.long_term import coexisting
 from slipfold.long_term.coexisting import STAGE
 from slipfold.long_term.verified import ATTRACTOR
@@ -166,3 +167,66 @@ y = "x - y"
     nothing = system('name = "nothing"\nparameters = { p = 1.0 }\n[states]\nx = "1 + p^2 + x^2"\n')
     with pytest.raises(sf.InputError, match="no equilibrium of nothing was found"):
         sf.response(nothing, vary="p", span=(-1, 1), search=True)
+
+
+def test_further_starts_add_the_branches_of_what_motions_settle_to():
+    model, span = sf.System.from_toml(FORCED_SLIDER), (2, 0.001)
+    slips = sf.response(model, "Vd", span).branches
+    assert len(slips) == 1
+    assert slips[0].parameter.min() > 0.8
+    diagram = sf.response(model, "Vd", span, also=[{"Vd": 0.3}, {"Vd": 0.25}, {"Vd": 1}])
+    known, sticks = diagram.branches
+    assert np.array_equal(known.parameter, slips[0].parameter)
+    assert (sticks.id, sticks.parameter.min()) == (2, 0.001)
+    # What follows it from the other end of the span finds the same points.
+    again = sf.response(model, "Vd", span[::-1]).branches[0]
+    found = {point.type: point.value for point in again.special}
+    assert {point.type: point.value for point in sticks.special} == pytest.approx(found, abs=1e-9)
+
+
+def test_an_orbit_is_a_further_start():
+    model = system(FORCED_ISOLA)
+    orbit = sf.periodic_orbit(model, state={"x": 3.4})
+    diagram = sf.response(model, vary="p", span=(-1, 1), also=[orbit])
+    assert len(diagram.branches) == 2
+    assert sorted(point.value for point in diagram.branches[1].special) == pytest.approx(
+        [-0.5, 0.5]
+    )
+    other = sf.periodic_orbit(model.replace(W=2), state={"x": 3.4})
+    diagram = sf.response(model, vary="p", span=(-1, 1), also=[other, {"p": 3}])
+    reasons = diagram.unfollowed
+    assert [len(diagram.branches), len(reasons)] == [1, 2]
+    assert "has other parameters than the response" in reasons[0]
+    assert "outside the span" in reasons[1]
+    assert reasons[1] in diagram.summary()
+
+
+RAYLEIGH = """
+name = "rayleigh"
+parameters = { omega = 1.0, eps = 0.5 }
+[states]
+x = "v"
+v = "eps*v*(1 - v^2) - omega^2*x"
+"""
+
+
+def test_gaps_are_filled_with_the_cycle_that_no_hopf_point_leads_to():
+    model = sf.System.from_toml(RAYLEIGH)
+    alone = sf.response(model, vary="omega", span=(0.5, 2))
+    assert [branch.kind for branch in alone.branches] == ["equilibrium"]
+    assert not alone.branches[0].stable.any()
+    diagram = sf.response(model, vary="omega", span=(0.5, 2), gaps=True)
+    (_, cycle) = diagram.branches
+    assert cycle.stable.all()
+    assert (cycle.parameter.min(), cycle.parameter.max()) == (0.5, 2)
+    # The rate of its displacement is van der Pol's motion over omega t, with mu = eps/omega.
+    free = sf.built_in_models()["vanderpol-free"]()
+    period = sf.periodic_orbit(free.replace(mu=0.25)).duration
+    assert cycle.durations[-1] == pytest.approx(period / 2, rel=1e-8)
+    assert sf.response(model, "omega", (0.5, 2), gaps=True, eps=-0.5).branches[0].stable.all()
+
+
+def test_a_gap_beyond_a_limit_is_left_alone(monkeypatch):
+    monkeypatch.setattr("slipfold.computations.response.attractor_from", None)
+    diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.98), gaps=True)
+    assert diagram.branches[0].stopped.kind == "limit"

@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.dry_friction import belt, den_hartog, sliding, two_masses
+from helpers.dry_friction import FORCED_SLIDER, belt, den_hartog, sliding, two_masses
+from slipfold.bifurcations.branches.orbit_between import orbit_between
 
 COULOMB = sf.Coulomb(mu_s=1.0, mu_k=0.5)
 
@@ -120,3 +121,25 @@ def test_an_orbit_that_sticks_says_what_it_cannot():
     orbit = sf.periodic_orbit(belt(COULOMB))
     with pytest.raises(sf.InputError, match="collocation"):
         orbit.check()
+
+
+def test_a_slip_that_reverses_without_sticking_is_no_orbit_in_slip():
+    model = sf.System.from_toml(FORCED_SLIDER).replace(Vd=0.25)
+    motion = sf.simulate(model, 400)
+    orbit = sf.periodic_orbit(model, 1, motion.states[-1])
+    assert (motion.regime, orbit.stuck_fraction) == ("slip", 0)
+    assert orbit.state == pytest.approx(motion.states[-1], abs=1e-10)
+    step = 1e-7 * np.eye(2)
+    ends = [sf.simulate(model, 1, orbit.state + each).states[-1] for each in step]
+    expected = np.linalg.det((np.array(ends) - orbit.state) / 1e-7)
+    assert np.prod(orbit.multipliers).real == pytest.approx(expected, abs=1e-5)
+
+
+def test_orbits_that_stick_are_found_between_points_of_a_branch():
+    branch = sf.response(sf.System.from_toml(FORCED_SLIDER), "Vd", (0.35, 0.6)).branches[0]
+    place, value = float(branch.arclength[:2].mean()), float(branch.parameter[:2].mean())
+    orbit = orbit_between(branch, place, value)
+    assert orbit.model.values["Vd"] == value
+    motion = sf.simulate(orbit.model, 400)
+    assert orbit.state == pytest.approx(motion.states[-1], abs=1e-10)
+    assert orbit.stuck_fraction == pytest.approx(motion.stuck_fraction, abs=1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ulp
 from time import perf_counter
@@ -38,7 +38,9 @@ from slipfold.models.quantities import Parameter
 from slipfold.models.system import System
 from slipfold.models.units import parse_quantity
 from slipfold.options import (
+    Also,
     Cases,
+    Gaps,
     Gradients,
     Interval,
     ModelOrOrbit,
@@ -75,6 +77,8 @@ def response(
     *,
     start: Start = None,
     settled: Settled = False,
+    also: Also = (),
+    gaps: Gaps = False,
     gradients: Gradients = False,
     search: Search = False,
     tori: Tori = False,
@@ -147,9 +151,8 @@ def response(
         observer=on_progress,
         through_stick=True,
     )
-    branches, searched = _followed(
-        follow, changed, vary, ends, begin, search, on_progress, torus_set
-    )
+    further = _Further(changed, vary, ends, follow, also, gaps, search, on_progress)
+    branches, unfollowed, searched = further.followed(begin, torus_set)
     stopped = any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
     complete = True
@@ -170,6 +173,7 @@ def response(
         checked,
         searched,
         torus_set,
+        unfollowed,
     )
     return diagram if diagram.interrupted else finalized(diagram)
 
@@ -203,37 +207,75 @@ def _first(
         return None, result
 
 
-def _followed(
-    follow: Callable[..., tuple[Branch, ...]],
-    model: Model,
-    vary: str,
-    span: tuple[float, float],
-    begin: Begin | None,
-    search: bool | Mapping[str, Interval],
-    on_progress: Observer | None,
-    tori: tuple[TorusBranch, ...],
-) -> tuple[tuple[Branch, ...], BranchSearch | None]:
-    """Return the branches, none where there are tori instead, and what a search added to them."""
-    branches: tuple[Branch, ...] = ()
-    failure = None
-    if not tori:
-        try:
-            branches = follow(begin=begin)
-        except InputError as error:
-            if not search or begin is not None:
-                raise
-            failure = error  # a search may find branches elsewhere in the span
-    if not search:
-        return branches, None
-    # Imported late: these modules take longer to import than a branch to follow.
-    from slipfold.long_term.coexisting import find_coexisting
-    from slipfold.long_term.search import checked_box
+@dataclass(frozen=True, eq=False)
+class _Further:
+    """The branches of a response, and those from elsewhere in the span."""
 
-    box = None if search is True else checked_box(model, search)
-    branches, searched = find_coexisting(model, vary, span, branches, follow, box, on_progress)
-    if failure is not None and not branches:
-        raise failure
-    return branches, searched
+    model: Model
+    vary: str
+    span: tuple[float, float]
+    follow: Callable[..., tuple[Branch, ...]]
+    also: Sequence[PeriodicOrbit | Mapping[str, float | str]]
+    gaps: bool
+    search: bool | Mapping[str, Interval]
+    observer: Observer | None
+
+    def followed(
+        self, begin: Begin | None, tori: tuple[TorusBranch, ...]
+    ) -> tuple[tuple[Branch, ...], tuple[str, ...], BranchSearch | None]:
+        """Return the branches, none where there are tori instead; what failed, and the search."""
+        branches: tuple[Branch, ...] = ()
+        failure = None
+        if not tori:
+            try:
+                branches = self.follow(begin=begin)
+            except InputError as error:
+                if begin is not None or not (self.search or self.gaps or self.also):
+                    raise
+                failure = error  # there may be branches elsewhere in the span
+        unfollowed: list[str] = []
+        searched = None
+        if self.also or self.gaps or self.search:
+            branches, searched = self._added(branches, unfollowed)
+        if failure is not None and not branches:
+            raise failure
+        return branches, tuple(unfollowed), searched
+
+    def _added(
+        self, branches: tuple[Branch, ...], unfollowed: list[str]
+    ) -> tuple[tuple[Branch, ...], BranchSearch | None]:
+        # Imported late: these modules take longer to import than a branch to follow.
+        from slipfold.long_term.coexisting import fill_gaps, find_coexisting, follow_from
+        from slipfold.long_term.search import checked_box
+
+        model, vary, span = self.model, self.vary, self.span
+        for start in self.also:
+            branches, why = follow_from(branches, self.follow, partial(self._begin, start))
+            unfollowed += [why] if why else []
+        if self.gaps:
+            begin = lambda value: self._begin({vary: value})  # noqa: E731
+            branches = fill_gaps(model, span, branches, self.follow, begin)
+        if not self.search:
+            return branches, None
+        box = None if self.search is True else checked_box(model, self.search)
+        return find_coexisting(model, vary, span, branches, self.follow, box, self.observer)
+
+    def _begin(self, start: PeriodicOrbit | Mapping[str, float | str]) -> Begin:
+        """Return where the branch of a further start begins."""
+        if isinstance(start, PeriodicOrbit):
+            own = start.model.values
+            others = {name: own[name] for name in own if name != self.vary}
+            if start.model.kind != self.model.kind or others != {
+                name: value for name, value in self.model.values.items() if name != self.vary
+            }:
+                raise InputError(
+                    f"the orbit at {self.vary} = {own[self.vary]:g} has other parameters than the "
+                    "response; find it with the same"
+                )
+            inside = _within(own[self.vary], self.span)
+            return Begin(own[self.vary] if inside is None else inside, start)
+        there, state = _start(self.model, self.vary, self.span, start)
+        return _begin(there, self.vary, state, True, self.observer)
 
 
 def _model_of(

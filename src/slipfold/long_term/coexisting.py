@@ -1,8 +1,8 @@
-"""Search for branches that are not connected to known ones, from many starts."""
+"""Branches that are not connected to known ones: from a start each, or from many."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -47,15 +47,101 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
     return result
 
 
-STAGE = "search for others"
-
-
 class Follow(Protocol):
     """A function that follows a branch, and all branches that leave it, from a start."""
 
     def __call__(self, *, begin: Begin) -> tuple[Branch, ...]:
         """Return the branches that start there."""
         ...
+
+
+@dataclass(frozen=True)
+class GapSettings:
+    """Where a solution is started between branches."""
+
+    # Share of the span that a gap has at least: a screen shows it, and a branch is worth its time
+    wide: float = 0.05
+    # Places at which a solution is started: each takes as long as a short branch
+    places: int = 3
+
+
+GAPS = GapSettings()
+
+
+def gaps_between(
+    branches: Sequence[Branch], span: tuple[float, float], share: float, settled: bool = False
+) -> list[tuple[float, float]]:
+    """Return the parts of a span, wider than a share of it, that no branch reaches.
+
+    With `settled` an equilibrium counts only where it is stable.
+    """
+    low, high = sorted(span)
+    gaps, reached = [], low
+    for first, last in sorted(part for branch in branches for part in _reach(branch, settled)):
+        if first > reached:
+            gaps.append((reached, first))
+        reached = max(reached, last)
+    if reached < high:
+        gaps.append((reached, high))
+    return [gap for gap in gaps if gap[1] - gap[0] > share * (high - low)]
+
+
+def _reach(branch: Branch, settled: bool) -> Iterator[tuple[float, float]]:
+    if settled and branch.kind == "equilibrium":
+        for i in np.flatnonzero(branch.stable[:-1] & branch.stable[1:]):
+            ends = branch.parameter[i : i + 2]
+            yield float(ends.min()), float(ends.max())
+        return
+    values = [*branch.parameter, *(point.value for point in branch.special)]
+    if values:
+        yield float(min(values)), float(max(values))
+
+
+def follow_from(
+    branches: tuple[Branch, ...], follow: Follow, begin: Callable[[], Begin]
+) -> tuple[tuple[Branch, ...], str]:
+    """Return branches and those from a further start, unless one of them passes through it.
+
+    Beside them: why nothing was followed from there; empty if something was, or is known.
+    """
+    try:
+        start = begin()
+        if not _is_known(start, branches):
+            branches = (*branches, *_numbered(follow(begin=start), len(branches)))
+    except InputError as error:
+        return branches, str(error)
+    return branches, ""
+
+
+def fill_gaps(
+    model: Model,
+    span: tuple[float, float],
+    branches: tuple[Branch, ...],
+    follow: Follow,
+    begin: Callable[[float], Begin],
+) -> tuple[Branch, ...]:
+    """Return branches and those of attractors at parameter values that none of them reaches.
+
+    Beyond a limit of the model there is nothing to follow.
+    """
+    tried = list[float]()
+    limits = {end.value for branch in branches for end in branch.ends if end.kind == "limit"}
+    while len(tried) < GAPS.places and not any(branch.interrupted for branch in branches):
+        gaps = [
+            (low, high)
+            for low, high in gaps_between(branches, span, GAPS.wide, not model.forced)
+            if not any(low < value < high for value in tried)
+            and not any(np.isclose(end, (low, high)).any() for end in limits)
+        ]
+        if not gaps:
+            break
+        low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
+        tried.append((low + high) / 2)
+        branches, _ = follow_from(branches, follow, lambda: begin(tried[-1]))
+    return branches
+
+
+STAGE = "search for others"
 
 
 def find_coexisting(
@@ -91,8 +177,7 @@ def find_coexisting(
             seen = _seen(at, value, box, on_progress)
             interrupted = seen.interrupted
             for begin in () if interrupted else seen.begins:
-                known_orbits = ((orbit, b) for b in known for orbit in _orbits_at(b, value))
-                if not any(_is_one(begin, orbit, branch) for orbit, branch in known_orbits):
+                if not _is_known(begin, known):
                     new = _numbered(_followed(follow, begin), len(known))
                     known, result = (*known, *new), [*result, *(branch.id for branch in new)]
             interrupted |= any(branch.interrupted for branch in known)
@@ -196,6 +281,15 @@ def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
             yield orbit_between(branch, float(arclength), value)
         except InputError:
             continue
+
+
+def _is_known(begin: Begin, branches: Sequence[Branch]) -> bool:
+    """Whether a branch passes through a start."""
+    return any(
+        _is_one(begin, orbit, branch)
+        for branch in branches
+        for orbit in _orbits_at(branch, begin.value)
+    )
 
 
 def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:

@@ -150,21 +150,25 @@ def periodic_orbit(
             orbit = search.through_stick(near)
         except InputError:
             return search.smooth(near)
-        return orbit if orbit.sticking else search.smooth(near)
+        return search.in_slip(orbit, near)
     guess = near
     if near is not None or period > 1:  # else the linear response is the guess
         motion = simulate(model, settle if near is None else int(period), near, through_stick=False)
         if reaches_stick_limit(motion.stopped, model):
             orbit = search.through_stick(near)
-            return orbit if orbit.sticking else search.smooth(orbit.state)
+            return search.in_slip(orbit, orbit.state)
         guess = motion.states[-1] if near is None else near
     try:
         slips = search.smooth(guess)
     except InputError:
         return search.through_stick(near)
-    orbits = orbits_at(model, slips.period, len(slips.nodes))
-    in_slip = broken_limit(orbits, orbits.unknown(slips.nodes, model)) is None
-    return slips if in_slip else search.through_stick(near)
+    return slips if _is_in_slip(slips) else search.through_stick(near)
+
+
+def _is_in_slip(orbit: PeriodicOrbit) -> bool:
+    """Whether no contact reaches one of its limits on an orbit."""
+    orbits = orbits_at(orbit.model, orbit.period, len(orbit.nodes))
+    return broken_limit(orbits, orbits.unknown(orbit.nodes, orbit.model)) is None
 
 
 def may_slip(model: Model) -> bool:
@@ -251,6 +255,14 @@ class _Search:
         if self.period > 1:
             hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
             _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).states)
+        return orbit
+
+    def in_slip(self, orbit: PeriodicOrbit, state: Array | None) -> PeriodicOrbit:
+        """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""
+        if not orbit.sticking:
+            with suppress(InputError):
+                slips = self.smooth(state)
+                return slips if _is_in_slip(slips) else orbit
         return orbit
 
     def _cycle(self, state: Array | None) -> PeriodicOrbit:

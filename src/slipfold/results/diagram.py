@@ -17,6 +17,7 @@ from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError, suggest
 from slipfold.long_term.branch_search import BranchSearch
+from slipfold.long_term.coexisting import gaps_between
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, LOCUS_TYPES
 from slipfold.orbits.extrema import Extrema, find_extrema
@@ -164,6 +165,9 @@ class Diagram(CurveDiagram):
         BranchSearch | None, "Where branches were searched that nothing leads to; None if nowhere."
     ] = None
     tori: Annotated[tuple[TorusBranch, ...], ToriList()] = ()
+    unfollowed: Annotated[
+        tuple[str, ...], "Why nothing was followed from some further starts."
+    ] = ()
 
     @property
     def special(self) -> tuple[Labeled, ...]:
@@ -310,27 +314,15 @@ class Diagram(CurveDiagram):
         uncertain = self._uncertain()
         tori = map(torus_sentence, self.tori)
         search = self._gap_note() if self.searched is None else self._search_note()
-        return [*self._endings(), *uncertain, *tori, *search, *super()._notes()]
+        also = [f"Nothing was followed from a further start: {why}" for why in self.unfollowed]
+        return [*self._endings(), *also, *uncertain, *tori, *search, *super()._notes()]
 
     def _gap_note(self) -> list[str]:
         """Say where in the span there is no branch, where no end of a branch says it already."""
         ends = {end.kind for branch in self.branches for end in branch.ends}
         if not self.branches or not ends <= COMPLETE:
             return []
-        low, high = sorted(self.span)
-        gaps, reached = [], low
-        for first, last in sorted(
-            (min(values), max(values))
-            for branch in self.branches
-            for values in [[*branch.parameter, *(point.value for point in branch.special)]]
-            if values
-        ):
-            if first > reached:
-                gaps.append((reached, first))
-            reached = max(reached, last)
-        if reached < high:
-            gaps.append((reached, high))
-        wide = [gap for gap in gaps if gap[1] - gap[0] > GAP * (high - low)]
+        wide = gaps_between(self.branches, self.span, GAP)
         if not wide:
             return []
         unit = self.model.parameter(self.vary).unit

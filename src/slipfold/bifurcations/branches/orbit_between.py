@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slipfold.arrays import Array
@@ -12,7 +14,8 @@ from slipfold.orbits.continued import fitted
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
 
 AT_ORBIT = 1e-6
@@ -91,6 +94,8 @@ def _orbits(branch: Branch, *known: PeriodicOrbit) -> tuple[Orbits, list[Array]]
     """Return the equations of a branch, scaled as at the first of some orbits, and these."""
     width, first = float(np.ptp(branch.parameter)) or 1.0, known[0]
     given = first.model, {branch.vary: width}, branch.period, len(first.nodes)
+    if any(isinstance(orbit, StickSlipOrbit) for orbit in known):
+        return _switched(orbits_of(*given[:3], 1, by=SwitchedShooting), known)
     resting = branch.kind == "equilibrium"
     even = orbits_of(*given, resting=resting, by=shooting_for(first.model))
     found = [even.unknown(orbit.nodes, orbit.model) for orbit in known]
@@ -98,9 +103,25 @@ def _orbits(branch: Branch, *known: PeriodicOrbit) -> tuple[Orbits, list[Array]]
     return orbits, [orbits.adopt(even, z) for z in found]
 
 
+def _switched(orbits: Orbits, known: Sequence[PeriodicOrbit]) -> tuple[Orbits, list[Array]]:
+    """Return orbits through stick and slip from where no contact of the first changes its mode."""
+    by = orbits.by
+    assert isinstance(by, SwitchedShooting)
+    constants = [orbits.flow.constants_of(orbit.model) for orbit in known]
+    other = by.better(known[0].nodes[:1], constants[0]) or by
+    nodes = [
+        by.states(orbit.nodes[:1], own, other.start)
+        for orbit, own in zip(known, constants, strict=True)
+    ]
+    orbits = orbits.described_by(other)
+    return orbits, [
+        orbits.unknown(node, orbit.model) for node, orbit in zip(nodes, known, strict=True)
+    ]
+
+
 def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
     multipliers = floquet_multipliers(orbits.linearize(found.z).monodromy)
-    return PeriodicOrbit(
+    return (PeriodicOrbit if orbits.by.smooth else StickSlipOrbit)(
         orbits.model_at(found.z),
         orbits.period,
         orbits.evenly(found.z),

@@ -215,6 +215,9 @@ PARSERS: Mapping[str, Callable[[Any, str, Option], Any]] = {
     "pair": lambda text, flag, declared: parse_pair(text, flag),
     "grid": lambda text, flag, declared: parse_points(text, flag, declared.minimum),
     "intervals": lambda texts, flag, declared: parse_intervals(texts, flag),
+    "starts": lambda texts, flag, declared: tuple(
+        parse_assignments(text.split(","), flag, example="Vd=0.5,x=1") for text in texts or ()
+    ),
     **dict.fromkeys(
         ("values", "entries"),
         lambda texts, flag, declared: parse_assignments(texts, flag, example="x=0.1"),
