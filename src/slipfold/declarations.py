@@ -113,7 +113,7 @@ def flags_of(name: str, option: Option) -> tuple[str, ...]:
 USUAL = {
     "model": "The model, e.g. ``SlidingOscillator()``.",
     "settings": "Options of continuation; the defaults of `slipfold.Settings` if None.",
-    "events": "Values of outputs or of the parameter to locate.",
+    "events": "Values of outputs or of the parameter, or extrema along a branch, to locate.",
     "on_progress": "Receives a `slipfold.Progress` now and then. If it raises "
     "`KeyboardInterrupt`, or the user does, finished results are returned.",
     "**parameters": "Parameters of the model to change first: numbers in SI units, or text with a "

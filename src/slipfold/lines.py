@@ -17,7 +17,7 @@ from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
-from slipfold.orbits.bifurcation_types import POINT_TYPES
+from slipfold.orbits.bifurcation_types import POINT_TYPES, REQUESTED_TYPES
 from slipfold.orbits.extrema import Extrema
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
@@ -119,7 +119,7 @@ def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[
     located = [
         Knot(item.arclength, (item.value, measured_at(item, output, measure)), item.type)
         for item in branch.special
-        if item.type != "EVENT"
+        if item.type not in REQUESTED_TYPES
     ]
     values = np.column_stack([branch.parameter, measured_along(branch, output, measure)])
     knots = _arranged(located, branch.arclength, values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
@@ -121,6 +121,11 @@ def locating_test(
 ) -> Guesses[Found[P]]:
     """Search for the zero of a test function between two points."""
     point = yield from locating(curve, history, a, b, lambda item: item.tests[test], close)
+    return Found(kind, point, slope_at(lambda item: item.tests[test], history, point, a, b))
+
+
+def slope_at(function: Callable[[P], float], history: Sequence[P], point: P, a: P, b: P) -> float:
+    """Return the derivative of a function of points at its zero between two of them."""
     nearest = min(
         (item for item in history if item.arclength != point.arclength),
         key=lambda item: abs(item.arclength - point.arclength),
@@ -128,8 +133,7 @@ def locating_test(
     # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
     far = abs(nearest.arclength - point.arclength) >= 1e-7
     first, last = (point, nearest) if far else (a, b)
-    slope = (last.tests[test] - first.tests[test]) / (last.arclength - first.arclength)
-    return Found(kind, point, slope)
+    return (function(last) - function(first)) / (last.arclength - first.arclength)
 
 
 def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> float | None:

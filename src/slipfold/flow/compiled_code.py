@@ -25,6 +25,7 @@ from slipfold.arrays import Array
 from slipfold.flow.equations import Constants, Equations
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.model import Kind, Model
+from slipfold.models.quantities import Expression
 
 
 class OwnCopies:
@@ -245,6 +246,35 @@ class StateFunction:
         return np.asarray(self._function(inputs).T)
 
 
+class Slopes:
+    """Some functions of state, phase and coefficients with their first derivatives, compiled."""
+
+    def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        self._shape, self._states = (len(functions), len(inputs)), equations.dimension
+        key = f"{[str(item) for item in functions]}"
+        self._values = StateFunction(f"values {key}", lambda: functions, equations)
+
+        def slopes() -> Iterable[Expression]:
+            return hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel()
+
+        self._slopes = StateFunction(f"slopes {key}", slopes, equations)
+
+    def values(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""
+        return np.ascontiguousarray(self._values.along(states, phases, constants))
+
+    def at(
+        self, state: Array, phase: float, constants: Constants, directions: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return derivatives by state and phase, and along changes of the coefficients.
+
+        Shapes: state (n,); directions (n_c, k); returns (q, n), (q,), (q, k).
+        """
+        result, n = self._slopes.at(state, phase, constants).reshape(self._shape), self._states
+        return result[:, :n], result[:, n], result[:, n + 1 :] @ directions
+
+
 class Evaluated:
     """What equations say at a state and a phase, nothing integrated.
 
@@ -256,6 +286,7 @@ class Evaluated:
         self.equations = equations
         self.dimension = equations.dimension
         self._functions: dict[str, Any] = {}
+        self._outputs: dict[str, Slopes] = {}
 
     def coefficients(self, parameters: Array) -> Array:
         """Evaluate the coefficients. Shapes: parameters (..., n_p); returns (..., n_c)."""
@@ -325,6 +356,12 @@ class Evaluated:
         expressions = [item for _, item in self.equations.outputs]
         function = self._compiled("outputs", lambda: self._function(expressions))
         return self._evaluate(function, states, phases, constants)
+
+    def output_slopes(self, name: str) -> Slopes:
+        """Return an output with its derivatives."""
+        if name not in self._outputs:
+            self._outputs[name] = Slopes([dict(self.equations.outputs)[name]], self.equations)
+        return self._outputs[name]
 
     def curvatures(
         self,

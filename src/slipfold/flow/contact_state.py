@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise, product
@@ -19,36 +19,6 @@ from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.modes import CONTACT, Mode, Status, rate_along, rate_of_phase
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.quantities import Expression
-
-
-class Slopes:
-    """Some functions of state, phase and coefficients with their first derivatives, compiled."""
-
-    def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
-        inputs = [*equations.states, equations.phase, *equations.coefficients]
-        self._shape, self._states = (len(functions), len(inputs)), equations.dimension
-        key = f"{[str(item) for item in functions]}"
-        self._values = StateFunction(f"values {key}", lambda: functions, equations)
-
-        def slopes() -> Iterable[Expression]:
-            return hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel()
-
-        self._slopes = StateFunction(f"slopes {key}", slopes, equations)
-
-    def values(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""
-        return np.ascontiguousarray(self._values.along(states, phases, constants))
-
-    def at(
-        self, state: Array, phase: float, constants: Constants, directions: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return derivatives by state and phase, and along changes of the coefficients.
-
-        Shapes: state (n,); directions (n_c, k); returns (q, n), (q,), (q, k).
-        """
-        result, n = self._slopes.at(state, phase, constants).reshape(self._shape), self._states
-        return result[:, :n], result[:, n], result[:, n + 1 :] @ directions
-
 
 Numbers = list[float]
 

@@ -15,11 +15,10 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
-from slipfold.flow.compiled_code import OwnCopies, StateFunction, cached, shared_by_kind
+from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import (
     ContactQuantities,
     ContactsNow,
-    Slopes,
 )
 from slipfold.flow.equations import Constants, Scaled, power_of_two
 from slipfold.flow.flow import Flow, flow_of

@@ -86,6 +86,14 @@ CONTACT_TYPES: Mapping[str, PointType] = MappingProxyType(
 
 POINT_TYPES: Mapping[str, PointType] = MappingProxyType({**BIFURCATION_TYPES, **CONTACT_TYPES})
 
+EXTREMUM_TYPES: Mapping[str, PointType] = MappingProxyType(
+    {"MAX": PointType("largest", marker="2"), "MIN": PointType("smallest", marker="1")}
+)
+"""Types of points where what is measured of an output has an extremum along a branch."""
+
+REQUESTED_TYPES = ("EVENT", *EXTREMUM_TYPES)
+"""Types of points that are located on request; the orbits change in no way there."""
+
 LOCUS_TYPES = (*BIFURCATION_TYPES, *MET)
 """Types of special points that have a locus in two parameters."""
 

@@ -311,6 +311,15 @@ class Discretization(ABC):
         """Return the flow at the first node. Shapes: nodes (m, n)."""
         return self.flow
 
+    def flows_at(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> list[tuple[Flow, NDArray[np.intp]]]:
+        """Return the flows at phases, each with the rows of those at which it holds.
+
+        Shapes: nodes (m, n); phases (q,).
+        """
+        return [(self.flow, np.arange(len(phases)))]
+
     def scheme(self, nodes: Array, constants: Constants, stages: int = STAGES) -> Scheme:
         """Return how collocation should solve intervals, from the vibrations at some of the nodes.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
@@ -165,6 +166,21 @@ class SwitchedShooting(Shooting):
         """Return the flow of the mode at the node. Shapes: nodes (1, n)."""
         system = self.switched.system(nodes[0], constants)
         return self.switched.of(reported_mode(first_mode(system, nodes[0], float(self.start[0]))))
+
+    def flows_at(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> list[tuple[Flow, NDArray[np.intp]]]:
+        """Return the flows of the modes at phases, each with the rows of those it holds at."""
+        parts = self.round(nodes, constants)
+        if not parts:
+            return super().flows_at(nodes, constants, phases)
+        ends, modes = np.array([part.end for part, _ in parts]), [part.mode for part, _ in parts]
+        which = np.minimum(np.searchsorted(ends, self.before(phases)[1]), len(parts) - 1)
+        named = np.array([str(reported_mode(modes[place])) for place in which])
+        return [
+            (self.switched.of(modes[which[rows[0]]]), rows)
+            for rows in (np.flatnonzero(named == name) for name in np.unique(named))
+        ]
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states: by differences."""

@@ -79,6 +79,8 @@ def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None,
             again, bordered = other.point(correction, point.arclength), correction.bordered
         else:
             _, again = exact
+            if again.linearization is None:  # a cycle of no amplitude
+                return None, np.inf
             bordered = again.linearization.bordered(again.tangent)
         return again, parameter_rounding(bordered, again.z)
     except BREAKDOWNS:

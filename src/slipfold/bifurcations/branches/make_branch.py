@@ -13,7 +13,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.branch_point import Crossing, find_crossing
-from slipfold.bifurcations.branches.events import Happened
+from slipfold.bifurcations.branches.events import Happened, rate_along
 from slipfold.bifurcations.branches.settings import Event
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing
@@ -25,7 +25,12 @@ from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import (
+    BIFURCATION_TYPES,
+    CONTACT_TYPES,
+    EXTREMUM_TYPES,
+    PAIRED,
+)
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
@@ -125,7 +130,12 @@ def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
     again, rounding = recomputed(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
-        moved = abs(again.z[-1] - point.z[-1]) + ZERO.close * abs(point.tangent[-1]) + rounding
+        along = ZERO.close
+        if isinstance(found, Happened) and found.event is not None and found.event.value is None:
+            rates = [rate_along(each, found.event) for each in (point, again)]
+            change = SPREAD * abs(rates[1] - rates[0]) + abs(rates[0])
+            along += change / max(abs(found.slope), 1e-300)
+        moved = abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1]) + rounding
         multiplier_uncertainty = multiplier_change(
             point.multipliers, again.multipliers, point.monodromy
         )
@@ -172,7 +182,9 @@ def _stuck_fraction(found: Found) -> float:
 def _named(found: Found) -> tuple[str, str]:
     if isinstance(found, Happened) and found.event is not None:
         event: Event = found.event
-        return "EVENT", f"{event.measure} {event.name} = {event.value:g}"
+        if event.value is None:
+            return found.type, f"{EXTREMUM_TYPES[found.type].title} {event}"
+        return "EVENT", f"{event} = {event.value:g}"
     if found.type in CONTACT_TYPES:
         return found.type, CONTACT_TYPES[found.type].title
     form = _form_of(found) or "BP"

@@ -19,7 +19,7 @@ from slipfold.bifurcations.branches.closed_branches import (
     step_beside_parent,
 )
 from slipfold.bifurcations.branches.ends import BranchEndings
-from slipfold.bifurcations.branches.events import Events, Happened
+from slipfold.bifurcations.branches.events import Events, ExtremaAlong, Happened
 from slipfold.bifurcations.branches.homoclinic import Homoclinic, nears_homoclinic
 from slipfold.bifurcations.branches.make_branch import assemble
 from slipfold.bifurcations.branches.progress import branch_progress, searching
@@ -159,8 +159,10 @@ class BranchTree(CurveSet[OrbitPoint]):
         if not departs:  # a branch that starts at a branch point closes there
             monitors.append(Returns(orbits, CLOSED))
         monitors.append(Limits(orbits))
-        if self._events:
-            monitors.append(Events(orbits, self._events))
+        valued = [event for event in self._events if event.value is not None]
+        extrema = [event for event in self._events if event.value is None]
+        monitors += [Events(orbits, valued)] * bool(valued)
+        monitors += [ExtremaAlong(orbits, extrema)] * bool(extrema)
         monitors.append(Bifurcations(orbits, self._span))
         if orbits.model.forced:
             monitors.append(Undetermined(orbits))

@@ -80,14 +80,15 @@ MEASURES = ("max", "min", "peak_to_peak", "parameter")
 
 @dataclass(frozen=True)
 class Event:
-    """A value of an output or of the parameter that is to be found on the branch.
+    """A value of an output or of the parameter, or an extremum, that is to be found on the branch.
 
     Parameters
     ----------
     name
         Name of the event in results: a state or output, or the parameter that is varied.
     value
-        The value to be found, in its unit.
+        The value to be found, in its unit. None for where the measure has a maximum or minimum
+        along the branch, such as the peak of a resonance: a special point of type MAX or MIN.
     measure
         ``"max"``, ``"min"`` or ``"peak_to_peak"`` of the output over the orbit, or
         ``"parameter"`` for a value of the parameter itself.
@@ -97,22 +98,44 @@ class Event:
     Raises
     ------
     InputError
-        For an unknown measure.
+        For an unknown measure, and for a parameter without a value.
 
     Examples
     --------
     >>> Event("x", 0.3)
     Event(name='x', value=0.3, measure='max', stop=False)
+
+    The resonance of a linear oscillator with the damping ratio 0.1 has its peak at sqrt(0.98):
+
+    >>> import slipfold as sf
+    >>> model = sf.System(
+    ...     name="linear",
+    ...     parameters={"W": 0.5},
+    ...     states={"x": "v", "v": "cos(W*t) - 0.2*v - x"},
+    ...     forcing={"period": "2*pi/W"},
+    ... )
+    >>> (peak,) = sf.response(model, "W", (0.5, 1.5), events=[sf.Event("x")]).branches[0].special
+    >>> peak.type, round(peak.value, 9), round(0.98**0.5, 9)
+    ('MAX', 0.989949494, 0.989949494)
     """
 
     name: str
-    value: float
+    value: float | None = None
     measure: str = "max"
     stop: bool = False
 
+    def __str__(self) -> str:
+        """Return what is measured, as in ``"max x"``."""
+        return f"{self.measure} {self.name}"
+
     def __post_init__(self) -> None:
         """Refuse an unknown measure or a value that is none."""
-        if not _is_finite(self.value):
+        if self.value is None and self.measure == "parameter":
+            raise InputError(
+                f"event on parameter {self.name!r} has no value; give one, since a parameter has "
+                "its extrema at folds, which are always located"
+            )
+        if self.value is not None and not _is_finite(self.value):
             raise InputError(
                 f"event value = {self.value!r} is not a finite number; give one in the unit of "
                 f"{self.name}"

@@ -23,7 +23,9 @@ class SpecialPoint(LocatedPoint):
     type: Annotated[
         str,
         '``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"``, or ``"EVENT"`` for a user\'s '
-        "event. Where the model itself ends, the branch does: see `Branch.stopped`. Where contacts "
+        'event, ``"MAX"`` or ``"MIN"`` where the output of an event without a value has an '
+        "extremum along the branch. Where the model itself ends, the branch does: see "
+        "`Branch.stopped`. Where contacts "
         'begin or cease to do something ``"GRAZE"``, ``"STICK"``, ``"LIFT"`` or ``"MEET"``, '
         "see `name`.",
     ]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED, REQUESTED_TYPES
 from slipfold.text import outside
 
 Multipliers = NDArray[np.complex128]
@@ -44,7 +44,7 @@ def stability_intervals(branch: Branch) -> tuple[StabilityInterval, ...]:
     >>> [interval.stable for interval in stability_intervals(diagram.branches[0])]
     [True, False]
     """
-    marks = [item for item in branch.special if item.type != "EVENT"]
+    marks = [item for item in branch.special if item.type not in REQUESTED_TYPES]
     first, last = float(branch.arclength[0]), float(branch.arclength[-1])
     breaks = [first, *(item.arclength for item in marks), last]
     intervals: list[StabilityInterval] = []

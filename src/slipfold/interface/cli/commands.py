@@ -399,9 +399,10 @@ LOCUS_SETTINGS = settings_reader(STEPS)
 EVENTS = optional(
     event=Option(
         "Locate where the maximum (or min, peak_to_peak) of an output takes a value: "
-        'x=0.3, "min(Vrel)=0.2"; or where the parameter does.',
+        'x=0.3, "min(Vrel)=0.2"; or where the parameter does. Without a value, where it has an '
+        'extremum along a branch: "max(x)".',
         "texts",
-        "[MEASURE](NAME)=VALUE",
+        "[MEASURE](NAME)[=VALUE]",
     ),
     stop_at=Option("As --event, and end the branch there.", "texts", "EVENT"),
 )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from slipfold.bifurcations.branches.settings import Event
     from slipfold.models.model import Model
 
-_EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
+_EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*(?:=(.*))?", re.DOTALL)
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
 
@@ -155,7 +155,7 @@ def parse_whole(text: str, option: str, minimum: int = 1, maximum: int | None = 
 
 
 def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
-    """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``.
+    """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``, or the same without a value.
 
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
@@ -169,12 +169,13 @@ def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event
     if match is None:
         raise InputError(
             f"event {text!r} is not of the form NAME=VALUE or MEASURE(NAME)=VALUE; "
-            'write e.g. "min(Vrel)=0.2"'
+            'write e.g. "min(Vrel)=0.2", or "max(x)" for where that has an extremum'
         )
     measure, name, value = match[1], match[2] or match[3], match[4]
     if name == vary and measure is None:
         unit = model.parameter(vary).unit
-        return Event(name, parse_quantity(value, unit, name), "parameter", stop)
+        wanted = None if value is None else parse_quantity(value, unit, name)
+        return Event(name, wanted, "parameter", stop)
     units = {state.name: state.unit for state in model.states}
     units |= {output.name: output.unit for output in model.outputs()}
     if name not in units:
@@ -182,4 +183,5 @@ def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event
             f"{model.name} has no output {name!r}; {suggest(name, [*units, vary])}"
             f"it has {', '.join(units)}"
         )
-    return Event(name, parse_quantity(value, units[name], name), measure or "max", stop)
+    wanted = None if value is None else parse_quantity(value, units[name], name)
+    return Event(name, wanted, measure or "max", stop)
