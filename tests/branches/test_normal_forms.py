@@ -68,7 +68,7 @@ def test_doubled_branch_leaves_as_the_normal_form_says(case):
     ]
     slope = (slopes[1] - slopes[0]) / (2 * delta)
     map_ = map_of(item)
-    _, p = critical_vectors(map_.monodromy(), -1.0)
+    _, p = critical_vectors(map_, map_.monodromy(), -1.0)
     steps = Settings(steps=Steps(largest=0.004), largest_period=2)
     span = (max(item.value - 0.04 * width, 0.0), item.value + 0.04 * width)
     branches = trace_response(model, case.vary, span, settings=steps)
@@ -89,9 +89,9 @@ def test_parameter_turns_at_a_fold_as_the_normal_form_says(case, near):
     # x -> x + e + a x^2 has its fixed points where e = -a x^2.
     item = find(case, "LP", near)
     map_ = map_of(item)
-    _, p = critical_vectors(map_.monodromy(), 1.0)
+    _, p = critical_vectors(map_, map_.monodromy(), 1.0)
     drift = _with_clock(map_, item, case.vary, np.real(p))
-    along, _ = critical_vectors(map_.monodromy(), 1.0)
+    along, _ = critical_vectors(map_, map_.monodromy(), 1.0)
     bend = coefficient(map_, "LP", 1.0)  # of the same eigenvector as the drift
     assert abs(bend) == pytest.approx(abs(item.coefficient), rel=1e-5)
     estimates = []
@@ -140,7 +140,7 @@ def test_slow_drift_at_a_torus_bifurcation(case, near, amplitude):
     item = find(case, "NS", near)
     map_ = map_of(item)
     critical = item.critical_multiplier
-    q, p = critical_vectors(map_.monodromy(), critical)
+    q, p = critical_vectors(map_, map_.monodromy(), critical)
     turns = np.exp(2j * np.pi * np.arange(8) / 8)
     start = np.concatenate([amplitude * turns, 2 * amplitude * turns])
     states = map_.center + 2 * np.real(start[:, None] * q)

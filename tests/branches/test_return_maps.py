@@ -44,6 +44,33 @@ def test_doubling_of_the_lure_cycle():
     assert doubling.criticality == "supercritical"
 
 
+TANK = {"x": "D*(1 - x)*exp(y) - x", "y": "14*D*(1 - x)*exp(y) - 4*y"}
+"""A stirred tank after Uppal, Ray and Poore (1974): its cycles jump."""
+
+ROESSLER = {"x": "-y - z", "y": "x + 0.2*y", "z": "0.2 + z*(x - c)"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "states", "vary", "span", "start", "duration"),
+    [
+        ("LP", TANK, "D", (0.17, 0.155), [0.60, 0.997], 5.0),
+        ("PD", ROESSLER, "c", (2.6, 2.9), [-3.6, 0.0, 0.03], 5.8),
+    ],
+)
+def test_a_coefficient_does_not_depend_on_where_the_cycle_begins(
+    kind, states, vary, span, start, duration
+):
+    model = sf.System(name=kind, parameters={vary: span[0]}, states=states)
+    settled = sf.simulate(model, 60, start).states[-1]
+    cycle = sf.periodic_orbit(model, state=settled, duration=duration)
+    found = []
+    for state in cycle.sample(64)[1][::13]:
+        again = sf.periodic_orbit(model, state=state, duration=cycle.model.duration)
+        (point,) = special(sf.response(again, vary, span, settings=ALONE), kind, 1)
+        found.append((point.value, point.coefficient))
+    assert np.array(found) == pytest.approx(np.array(found[:1] * len(found)), rel=1e-8)
+
+
 @pytest.mark.parametrize("state", [[1.0, 0.0], [0.6, -0.8]])
 def test_fold_of_cycles_is_exact(state):
     # r' = r (m + 2 r^2 - r^4): at m = -1, r = 1 the radial map has the second derivative -8 T;

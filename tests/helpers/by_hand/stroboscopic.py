@@ -67,6 +67,16 @@ class StroboscopicByHand:
                 third[row, column] = fit.deriv(3)(0.0) / step**3
         return second, third
 
+    def length(self, vector):
+        """Root mean square of a vector at the points of the orbit, one a forcing period."""
+        squares = [np.linalg.norm(vector) ** 2]
+        for count in range(1, self.period):
+            for part in (np.real(vector), np.imag(vector)):
+                start = (self.center + 1j * TINY * part) * self.scales
+                moved = integrate(start, self.p, count).imag / TINY / self.scales
+                squares.append(moved @ moved)
+        return np.sqrt(sum(squares) / self.period)
+
     def bilinear(self, u, v):
         """B(u, v) for complex vectors."""
 
@@ -82,13 +92,13 @@ class StroboscopicByHand:
         return real(ur, vr) - real(ui, vi) + 1j * (real(ur, vi) + real(ui, vr))
 
 
-def critical_vectors(matrix, target):
-    """Right vector of unit length and left one with <p, q> = 1 for the multiplier at `target`."""
+def critical_vectors(map_, matrix, target):
+    """Right vector of unit mean length and left one with <p, q> = 1 for the multiplier."""
     values, vectors = np.linalg.eig(matrix)
     q = vectors[:, np.abs(values - target).argmin()]
     others, left = np.linalg.eig(matrix.T)
     p = left[:, np.abs(others - target).argmin()].conj()
-    q = q / np.linalg.norm(q)
+    q = q / map_.length(q)
     return q, p / np.vdot(q, p).conj() if np.isrealobj(p) else p / np.vdot(p, q).conj()
 
 
@@ -96,7 +106,7 @@ def coefficient(map_, kind, multiplier):
     """Coefficient of the normal form after Kuznetsov, Elements..., section 5.4.2."""
     matrix = map_.monodromy()
     identity = np.eye(4)
-    q, p = critical_vectors(matrix, multiplier)
+    q, p = critical_vectors(map_, matrix, multiplier)
     if kind == "LP":
         return 0.5 * np.real(p) @ map_.powers(np.real(q)[None])[0][0]
     if kind == "PD":

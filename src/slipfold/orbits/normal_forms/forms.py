@@ -20,6 +20,7 @@ from slipfold.orbits.normal_forms.normal_form import (
     mean_length,
     normal_form,
     quintic_coefficient,
+    stroboscopic_length,
 )
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import critical_places
@@ -44,11 +45,12 @@ class Forms:
         return critical_coefficient(map_, linearization.monodromy, curve.condition)
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
-        """Return the length of the unit critical vector in the scales of the orbit's own model."""
+        """Return the mean length of the unit critical vector in the scales of the orbit's model."""
         places = critical_places(curve.condition, point.multipliers)
         values, vectors = np.linalg.eig(point.monodromy)
         vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
-        return float(np.linalg.norm(vector * _ratios(curve.orbits, point.z)))
+        ratios = _ratios(curve.orbits, point.z)
+        return stroboscopic_length(curve.orbits, point, vector, ratios)
 
     def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two."""

@@ -25,7 +25,9 @@ class FormRules:
     """What is rounding in normal forms, and how finely cycles are sampled."""
 
     spanned: float = 1e-7  # part of a direction outside the span of others that is none
-    samples: int = 8  # samples of a segment over which the length of a vector is averaged
+    samples: int = 4  # samples of a segment, at least, over which a squared length is averaged
+    changed: float = 1e-10  # relative change of that mean, by as many samples again, that is none
+    most: int = 1 << 15  # samples of a cycle: a jump of a thousandth of it has a hundred
     # Distance from one at which a multiplier has an eigenvector besides the flow
     off_one: float = 1e-3
     # Unknowns of equations around a cycle that are solved densely, in two seconds
@@ -393,7 +395,7 @@ class ReturnMap:
             along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
             vector = vector + f * along / (multiplier - 1)
         starts = [vector]
-        for block in self._blocks(*self._edges())[1][:-1]:
+        for block in self._blocks(self._nodes, *self._edges())[1][:-1]:
             starts.append(block @ starts[-1])
         return self.mean_length(
             np.array(starts), ratios, at_one=abs(multiplier - 1) <= FORMS.off_one
@@ -402,23 +404,40 @@ class ReturnMap:
     def mean_length(self, starts: Vector, ratios: Array, *, at_one: bool = False) -> float:
         """Return the root mean square, round the cycle, of a vector that is known at its nodes.
 
+        Samples are doubled until the mean does not change: over a period it converges
+        exponentially.
+
         Shapes: starts (m, n); ratios (n,).
         """
-        orbits, nodes, total = self._orbits, self._nodes, 0.0
         begin, end = self._edges()
-        for k in range(FORMS.samples):
-            ends = begin + (end - begin) * k / FORMS.samples
-            states, matrices = (nodes, None) if k == 0 else self._blocks(begin, ends)
-            moved = starts
-            if matrices is not None:
-                moved = np.einsum("jab,jb->ja", matrices, moved)
-            moved = moved * ratios
-            if at_one:
-                rates = orbits.flow.rates(states, ends, self._constants) / self._scales * ratios
-                share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
-                moved = moved - share[:, None] * rates
-            total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))
-        return float(np.sqrt(total / FORMS.samples))
+        spacing, phases, states, vectors = end - begin, begin, self._nodes, starts
+        mean = self._mean_square(phases, states, vectors, ratios, at_one)
+        while len(phases) < FORMS.most:
+            spacing, before = spacing / 2, mean
+            later = phases + spacing[0]
+            ends, matrices = self._blocks(states, phases, later)
+            moved = np.einsum("jab,jb->ja", matrices, vectors)
+            mean = (before + self._mean_square(later, ends, moved, ratios, at_one)) / 2
+            enough = len(phases) >= FORMS.samples * len(begin)
+            if enough and abs(mean - before) < FORMS.changed * mean:
+                break
+            phases, states = np.concatenate([phases, later]), np.concatenate([states, ends])
+            vectors = np.concatenate([vectors, moved])
+        return float(np.sqrt(mean))
+
+    def _mean_square(
+        self, phases: Array, states: Array, vectors: Vector, ratios: Array, at_one: bool
+    ) -> float:
+        """Return the mean square of vectors, at one of their parts across the flow.
+
+        Shapes: phases (q,); states, vectors (q, n); ratios (n,).
+        """
+        vectors = vectors * ratios
+        if at_one:
+            rates = self._orbits.flow.rates(states, phases, self._constants) / self._scales * ratios
+            share = np.sum(vectors * rates, axis=1) / np.sum(rates**2, axis=1)
+            vectors = vectors - share[:, None] * rates
+        return float(np.mean(np.sum(np.abs(vectors) ** 2, axis=1)))
 
     def _edges(self) -> tuple[Array, Array]:
         """Phases at which the segments begin and end."""
@@ -429,11 +448,11 @@ class ReturnMap:
     def _in_scales(self, matrix: Array) -> Array:
         return matrix * self._rescaling[:, None] / self._rescaling
 
-    def _blocks(self, start: Array, end: Array) -> tuple[Array, Array]:
-        """Return where segments end and their transition matrices."""
+    def _blocks(self, states: Array, start: Array, end: Array) -> tuple[Array, Array]:
+        """Return where states are later, and their transition matrices."""
         orbits = self._orbits
         along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
-        ends, matrices, _ = orbits.flow.linearize(self._nodes, start, end, self._constants, along)
+        ends, matrices, _ = orbits.flow.linearize(states, start, end, self._constants, along)
         return ends, matrices * self._scales[None, :] / self._scales[:, None]
 
 
@@ -461,7 +480,7 @@ class ReturnChain(ReturnMap):
         self._flows = np.concatenate([flows, flows[:1]])
         bases = np.linalg.qr(flows[:, :, None], mode="complete")[0][:, :, 1:]
         self._bases = np.concatenate([bases, bases[:1]])
-        self._whole = self._blocks(begin, end)[1]
+        self._whole = self._blocks(self._nodes, begin, end)[1]
         self._matrices = np.swapaxes(self._bases[1:], 1, 2) @ self._whole @ self._bases[:-1]
 
     def form(self, kind: str, multiplier: complex, ratios: Array) -> tuple[float, float]:

@@ -70,8 +70,28 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     if isinstance(map_, ReturnMap):
         size = mean_length(map_, matrix, linearization.product, kind, ratios)
     else:
-        size = critical_length(matrix, kind, ratios)
+        vector = critical_vectors(matrix, _distance(kind))[0]
+        size = stroboscopic_length(orbits, point, vector, ratios)
     return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
+
+
+def stroboscopic_length(orbits: Orbits, point: OrbitPoint, vector: Vector, ratios: Array) -> float:
+    """Return the root mean square of a critical vector where the map takes it, in other scales.
+
+    An orbit of p forcing periods is p points of the stroboscopic map, any of which may be the
+    first. Shapes: vector, ratios (n,).
+    """
+    lengths = [np.linalg.norm(vector * ratios)]
+    if orbits.period > 1:
+        nodes, phases = orbits.nodes(point.z), orbits.phase + np.arange(1.0, orbits.period)
+        which, _, matrices, _ = orbits.by.propagate_to(nodes, orbits.constants(point.z), phases)
+        vectors = [vector]
+        for block in (point.linearization or orbits.linearize(point.z)).factors[:-1]:
+            vectors.append(block @ vectors[-1])
+        for node, matrix in zip(which, matrices, strict=True):
+            unscaled = matrix @ (vectors[node] * orbits.scales)
+            lengths.append(np.linalg.norm(unscaled / orbits.scales * ratios))
+    return float(np.sqrt(np.mean(np.square(lengths))))
 
 
 def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
