@@ -87,6 +87,21 @@ def test_on_a_floor_at_rest_a_motion_ends_in_stick():
     assert contact["pieces"][-1]["slip"][0][-1] == 0
 
 
+def test_a_motion_that_goes_on_is_one_motion():
+    model = sf.SlidingOscillator(f=12.5, Nd=0.06)
+    whole = last_message(model, periods=150)["sections"]["max"]["x"]
+    begun = last_message(model, periods=100)
+    more = last_message(model, periods=50, start=begun["last"])["sections"]["max"]["x"]
+    assert begun["sections"]["max"]["x"] + more == pytest.approx(whole, rel=1e-7)
+    # Nothing forces this one, and a contact sticks: it ends where it repeats, or when told.
+    model = belt(sf.Coulomb(mu_s=1.0, mu_k=0.5))
+    begun = last_message(model, periods=600)
+    interval = begun["sections"]["duration"] / begun["sections"]["periods"]
+    more = last_message(model, periods=64, start=begun["last"], interval=interval)["sections"]
+    assert more["count"] * more["duration"] == pytest.approx(64 * interval)
+    assert max(more["max"]["x"]) == pytest.approx(max(begun["sections"]["max"]["x"][-64:]))
+
+
 def views(model, outputs, **options):
     request = MotionRequest(kind="motion", id=1, model=model.name, outputs=outputs, **options)
     pieces = []

@@ -13,6 +13,15 @@ DOTS = (  # the trace of a simulation is that with fading markers
     ".filter(({ marker }) => Array.isArray(marker?.opacity)).map(({ x, y }) => [x, y])[0]"
 )
 
+LONG_TASKS = """
+() => {
+  window.busy = 0;
+  new PerformanceObserver((list) => {
+    for (const { duration } of list.getEntries()) busy = Math.max(busy, duration);
+  }).observe({ entryTypes: ["longtask"] });
+}
+"""
+
 
 def dots(explorer):
     """The dots in the diagram, once those that have come are drawn."""
@@ -36,15 +45,36 @@ def test_from_rest_it_settles_on_the_stable_branch(explorer):
     assert abs(explorer.pixel(0.02, max(y[:5]))[1] - height) > 10
 
 
-def test_what_has_not_settled_is_simulated_for_as_long_as_is_advised(explorer):
+def test_what_has_not_settled_goes_on_from_where_it_is(explorer):
     explorer.open("model=sliding&p.Nd=0.06")
     page = explorer.page
     page.get_by_role("button", name="From rest").click()
-    expect(page.locator(".verdict")).to_contain_text("simulate 6000")
-    page.get_by_role("button", name="Simulate 6000 periods").click()
-    page.get_by_role("button", name="Simulate 20000 periods").wait_for()
-    expect(page.locator(".verdict")).to_contain_text("simulate 60000")
+    expect(page.locator(".verdict")).to_contain_text("after 600 forcing periods")
+    periods = page.get_by_label("Periods to go on for")
+    expect(periods).to_have_value("6000")
+    periods.fill("0")
+    page.get_by_role("button", name="Go on").click()
+    assert page.evaluate("document.activeElement.validationMessage") != ""
+    periods.fill("40")
+    periods.press("Enter")
+    expect(page.locator(".verdict")).to_contain_text("after 40 forcing periods")
+    drawn = page.locator("#plot-settling .dot:not(.other)")
+    assert drawn.get_attribute("d").count("h0") == 640
     page.get_by_role("button", name="Clear").click()
+    expect(page.get_by_role("button", name="Go on")).to_be_hidden()
+
+
+def test_a_long_motion_never_holds_the_page_up(explorer):
+    page = explorer.open("model=duffing&p.W=1.2&span=1.1~1.3").page
+    explorer.orbit_shown(1)
+    page.evaluate(LONG_TASKS)
+    page.get_by_role("button", name="From rest").click()
+    page.get_by_label("Periods to go on for").fill("20000")
+    page.get_by_role("button", name="Go on").click()
+    expect(page.locator(".verdict")).to_contain_text("response of 1")
+    expect(page.locator(".motion")).to_have_attribute("data-drawn", re.compile("20000"))
+    # A millisecond a dot, as when each is an element of its own, would be seconds.
+    assert page.evaluate("busy") < 500
 
 
 def test_views_of_a_torus_follow_what_is_chosen(explorer):

@@ -182,6 +182,8 @@ class SolutionRequest(TrajectoryRequest):
     """A solution over some time."""
 
     periods: Annotated[int, Field(ge=1, le=MOST_PERIODS, strict=True)] = 400  # of the forcing
+    # Seconds that an interval of an unforced solution takes that goes on; as suits it if None
+    interval: Annotated[Number, Field(gt=0)] | None = None
 
 
 class SimulationRequest(SolutionRequest):

@@ -32,6 +32,7 @@ from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
+from slipfold.models.quantities import DURATION
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -48,10 +49,12 @@ def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
     }
 
 
-def timed(model: Model, request: TrajectoryRequest) -> Model:
+def timed(model: Model, request: SolutionRequest) -> Model:
     """Return a model whose periods are forcing periods, or intervals that suit its solution."""
     if model.forced:
         return model
+    if request.interval is not None:
+        return model.replace(**{DURATION.name: request.interval})
     return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
 
 
@@ -120,9 +123,9 @@ class Solutions:
     ) -> Trajectory:
         """Return the trajectory that a request is about; send how far it is."""
         start = initial_state(model, start_of(model, request))
-        key = model, tuple(start.tolist()), request.periods
+        key = model, tuple(start.tolist()), request.periods, request.interval
         if key not in self._kept:
-            timeless = runs_until_steady(model)
+            timeless = runs_until_steady(model, request)
             self._kept[key] = integrate(
                 model if timeless else timed(model, request),
                 None if timeless else request.periods,
@@ -136,9 +139,9 @@ class Solutions:
         return self._kept[key]
 
 
-def runs_until_steady(model: Model) -> bool:
-    """Whether solutions continue until they are steady, as in `slipfold.simulate`."""
-    return not model.forced and bool(contacts_of(model))
+def runs_until_steady(model: Model, request: SolutionRequest) -> bool:
+    """Whether a solution continues until it is steady, as in `slipfold.simulate`."""
+    return not model.forced and bool(contacts_of(model)) and request.interval is None
 
 
 def send_simulation(
@@ -152,10 +155,8 @@ def send_simulation(
     result = (solutions or Solutions()).of(model, request, emit, check)
     # Apart, so that a page draws one and hears its reader before it draws the other.
     advised = min(10 * result.periods, MOST_PERIODS)
-    goes_on = not (
-        runs_until_steady(model) or result.settlement.settled or result.stopped is not None
-    )
-    longer = advised if goes_on and advised > result.periods else None
+    ended = result.settlement.settled or result.stopped is not None
+    longer = advised if not ended and advised > result.periods else None
     sections = _sections(result, check)
     emit({"sections": sections, **_classification(result), "longer": longer, "done": False})
     emit({"contacts": contacts_view(result), "done": True})
@@ -190,6 +191,7 @@ def _sections(trajectory: Trajectory, check: Check) -> dict[str, Any] | None:
     known = [i for i in range(len(names)) if np.isfinite(low[:, i] + high[:, i]).all()]
     return {
         "count": len(low),
+        "periods": width,
         "duration": width * trajectory.forcing_period,
         "max": {names[i]: short(high[:, i]) for i in known},
         "min": {names[i]: short(low[:, i]) for i in known},
@@ -198,7 +200,10 @@ def _sections(trajectory: Trajectory, check: Check) -> dict[str, Any] | None:
 
 def _classification(trajectory: Trajectory) -> dict[str, Any]:
     judged, stop = trajectory.settlement, trajectory.stopped
+    last = zip(trajectory.model.states, trajectory.states[-1].tolist(), strict=True)
     return {
+        # In full, so that what goes on from here is one motion; none goes on from a limit.
+        "last": {item.name: value for item, value in last} if stop is None else None,
         "verdict": judged.message if stop is None else stop.reason,
         "settled": judged.settled,
         "period": judged.period,

@@ -80,7 +80,7 @@ function build(models, study) {
       picture: (format) => drawn(orbits.title.textContent, orbits.figures, format),
     }, page),
     simulation: new ExportMenu("simulation", {
-      request: () => (simulation.state.count > 0 ? simulation.request : null),
+      request: () => (simulation.state.ends.length > 0 ? simulation.request : null),
       picture: (format) => drawn(simulation.title, simulations.figures, format),
     }, page),
   };

@@ -77,13 +77,16 @@ function drawPortrait(plot, { motion, across, up, isForced }) {
 }
 
 function drawSection(plot, { motion: { section, frequency }, across, up }) {
-  const [x, y] = [across, up].map((quantity) => valuesOf(section.columns, quantity));
+  const [first, second] = [across, up].map((quantity) => valuesOf(section.columns, quantity));
+  // At a passage of the first quantity it has one value: the second one is drawn over that before.
   const isPassing = section.level !== null;
+  const [x, y] = isPassing ? [second.slice(0, -1), second.slice(1)] : [first, second];
   const where = isPassing
-    ? `where ${across.label ?? across.name} passes ${formatted(section.level * display(across).factor, 3)} upward`
+    ? `when ${across.label ?? across.name} passes ${formatted(section.level * display(across).factor, 3)} upward`
     : "at phase zero of the forcing";
   plot.draw({
-    x: { label: axisTitle(across) }, y: { label: axisTitle(up) }, lines: [],
+    x: { label: isPassing ? `${axisTitle(up)}, one passage before` : axisTitle(across) },
+    y: { label: axisTitle(up) }, lines: [],
     clouds: x.length && y.length ? [{ x, y, tint: frequency === null ? "section" : "stroboscopic" }] : [],
     notes: [where],
   }, `Poincaré section ${where}, ${x.length} points`);
@@ -196,7 +199,7 @@ export class MotionPanel {
 
   /** Ask for views of a simulation that has ended, once for each choice. */
   #follow() {
-    const { isRunning, count } = this.#simulation.state;
+    const { isRunning, ends: { length: count } } = this.#simulation.state;
     this.node.hidden = count === 0;
     if (count === 0 || isRunning) {
       this.#asked = "";
@@ -240,7 +243,7 @@ export class MotionPanel {
     const { states, outputs, forced } = this.#session.model;
     const options = [...states, ...outputs].map((item) =>
       ({ value: item.name, text: axisTitle(item), title: item.doc }));
-    const each = forced ? "periods" : "rounds";
+    const each = forced ? "periods" : this.#motion?.frequency ? "rounds" : "intervals";
     const lasts = WINDOWS.map((count) => ({ value: String(count), text: `${count} ${each}` }));
     const unit = display(this.#quantity("across")).unit || "its unit";
     const [, reference] = REFERENCES[this.#quantity("across").unit] ?? [];

@@ -11,6 +11,10 @@ import { diagramRequest, exponentsRequest, simulationRequest } from "./view.js";
 
 const PERIODS = 600;
 
+/** Sections that are drawn of a motion at most, and periods of a request, as the server bounds them. */
+const MOST = 2000;
+const MOST_PERIODS = 20000;
+
 /** Intervals of an autonomous motion that hold a round of it before its period is known. */
 const ROUND = 4;
 
@@ -19,6 +23,7 @@ export class Simulation {
   changed = new Signal();
   state = nothing();
   #session;
+  #began = {};
 
   constructor(session) {
     this.#session = session;
@@ -38,7 +43,7 @@ export class Simulation {
     const { view, verdict } = this.state;
     const vary = this.#session.quantity(view.vary);
     const at = `${vary.label ?? vary.name} = ${withUnit(vary, view.parameters[view.vary])}`;
-    const { start, perturbation } = this.request;
+    const { start, perturbation } = this.#began;
     const states = Object.entries(start).map(([name, value]) => `${name} = ${formatted(value)}`).join(", ");
     const from = start === "rest" ? "rest" : perturbation ? "a perturbed orbit" : states;
     return `${at}, simulated from ${from}: ${verdict}`;
@@ -74,10 +79,11 @@ export class Simulation {
     this.#run({ start, perturbation: { [name]: share * size }, periods: PERIODS });
   }
 
-  /** Once more, for as long as the verdict advises. */
-  longer() {
-    const { start, perturbation = {} } = this.request;
-    this.#run({ start, perturbation, periods: this.state.longer });
+  /** From where it is, for some more periods or intervals; what was drawn stays. */
+  goOn(periods) {
+    const { last, view, interval } = this.state;
+    const timed = this.#session.model.forced ? {} : { interval };
+    this.#ask(view, { start: last, periods, ...timed });
   }
 
   /** Stop computing. */
@@ -97,11 +103,6 @@ export class Simulation {
     this.changed.announce(this.state);
   }
 
-  /** Where it stands after so many periods: in forcing periods, or in seconds where nothing forces. */
-  timeAt(count) {
-    return this.#session.model.forced ? count : count * this.state.interval;
-  }
-
   /** What the diagram draws of each period; where nothing forces, of the round that ends there. */
   values(show, statistic) {
     if (!(show in this.state.max)) return [];
@@ -118,33 +119,54 @@ export class Simulation {
 
   #run(how) {
     const { view } = this.#session;
-    this.state = { ...nothing(), isRunning: true, view, x: view.parameters[view.vary] };
-    this.changed.announce(this.state);
+    this.state = { ...nothing(), view, x: view.parameters[view.vary] };
+    this.#began = how;
+    this.#ask(view, how);
+  }
+
+  #ask(view, how) {
+    this.#become({ isRunning: true, far: "", longer: null });
     this.request = simulationRequest(view, how);
     const onAnswer = (answer) => this.#take(answer);
     const onError = (sentence, again) => this.#session.failed.announce(
-      { kind: "simulation", sentence, again: again ? () => this.#run(how) : null });
+      { kind: "simulation", sentence, again: again ? () => this.#ask(view, how) : null });
     this.#session.failed.announce({ kind: "simulation", sentence: null });
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ far, sections, done, verdict, longer = null, duration = null, contacts = null }) {
+  #take({ far, sections, done, verdict, last = null, longer = null, duration = null, contacts = null }) {
     if (far) {
       this.#become({ far, verdict: `After ${far}…` });
     } else if (done) {
       const sentence = contacts?.words ? `${this.state.verdict}. ${contacts.words}` : this.state.verdict;
       this.#become({ isRunning: false, contacts, verdict: sentence });
     } else {
-      const { count, duration: interval, max, min } = sections ?? nothing();
-      this.#become({ count, interval, max, min, cycle: duration, longer, verdict });
+      this.#become({ ...this.#joined(sections), cycle: duration ?? this.state.cycle, last, longer, verdict });
     }
+  }
+
+  /** What was known with what is new behind it. */
+  #joined(sections) {
+    if (!sections) return {};
+    const { ends, max, min } = this.state;
+    const { count, periods, duration, max: high, min: low } = sections;
+    const step = this.#session.model.forced ? periods : duration;
+    const begin = ends.at(-1) ?? 0;
+    const names = Object.keys(high).filter((name) => ends.length === 0 || name in max);
+    const joined = (before, after) =>
+      Object.fromEntries(names.map((name) => [name, [...(before[name] ?? []), ...after[name]]]));
+    const all = {
+      ends: [...ends, ...Array.from({ length: count }, (_, i) => begin + (i + 1) * step)],
+      max: joined(max, high), min: joined(min, low),
+    };
+    return { ...thinned(all), interval: duration / periods };
   }
 
   /** Periods, or intervals, over which the motion passes wherever it does. */
   get #inRound() {
-    const { cycle, interval } = this.state;
+    const { cycle, ends } = this.state;
     if (this.#session.model.forced) return 1;
-    return cycle ? Math.ceil(cycle / interval) + 1 : ROUND;
+    return cycle ? Math.ceil(cycle / (ends.at(-1) - ends.at(-2))) + 1 : ROUND;
   }
 
   #become(changes) {
@@ -161,12 +183,22 @@ function systemOf(view) {
 
 function nothing() {
   return {
-    isRunning: false, verdict: "", far: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, longer: null, contacts: null,
+    isRunning: false, verdict: "", far: "", ends: [], max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, last: null, longer: null, contacts: null,
   };
+}
+
+/** Half as many sections, of the extremes of two each, while there are more than are drawn. */
+function thinned({ ends, max, min }) {
+  if (ends.length <= MOST) return { ends, max, min };
+  const every = (values, extreme) => values.filter((_, i) => i % 2 === 0).map((value, k) => extreme(value, values[2 * k + 1] ?? value));
+  const of = (columns, extreme) =>
+    Object.fromEntries(Object.entries(columns).map(([name, values]) => [name, every(values, extreme)]));
+  return thinned({ ends: every(ends, Math.max), max: of(max, Math.max), min: of(min, Math.min) });
 }
 
 /** Of each value and so many before it, the extreme one. */
 function latest(values, count, extreme) {
+  if (count === 1) return values;
   return values.map((_, i) => extreme(...values.slice(Math.max(i + 1 - count, 0), i + 1)));
 }
 
@@ -280,11 +312,16 @@ export class SimulationPanel {
     ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
   #contacts;
   #motion;
-  #longer;
+  #more = element("div", { class: "sentence" });
+  #periods = element("input", {
+    type: "number", class: "number", min: 1, max: MOST_PERIODS, step: 1, required: true, "aria-label": "Periods to go on for",
+  });
+  #unit = element("span");
   #stop;
   #clear;
   #fromOrbit;
   #drawn = [];
+  #longer;
 
   constructor(session, simulation, diagram, orbits) {
     this.#session = session;
@@ -295,7 +332,8 @@ export class SimulationPanel {
     this.#fromOrbit = button("From this orbit", () =>
       simulation.fromOrbit(orbits.shown.answer, Number(this.#perturbation.value)));
     this.#fromOrbit.disabled = true;
-    this.#longer = button("", () => simulation.longer());
+    this.#periods.addEventListener("keydown", ({ key }) => key === "Enter" && this.#goOn());
+    this.#more.append(button("Go on", () => this.#goOn()), element("span", {}, "for"), this.#periods, this.#unit);
     this.#stop = button("Stop", () => simulation.stop(), "quiet");
     this.#clear = button("Clear", () => simulation.clear(), "quiet");
     this.#contacts = new ContactPanel(session, simulation);
@@ -304,8 +342,8 @@ export class SimulationPanel {
       element("div", { class: "sentence" },
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
         element("label", { class: "choice" }, element("span", {}, "perturbed by"), this.#perturbation),
-        this.#longer, this.#stop, this.#clear),
-      this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#motion.node,
+        this.#stop, this.#clear),
+      element("div", { class: "ending" }, this.#verdict, this.#more), new Exponents(session, simulation).node, this.#plot.node, this.#motion.node,
       this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {
@@ -320,11 +358,18 @@ export class SimulationPanel {
     return [this.#plot.figure, ...this.#motion.figures, ...this.#contacts.figures];
   }
 
+  #goOn() {
+    if (this.#periods.reportValidity()) this.#simulation.goOn(Number(this.#periods.value));
+  }
+
   #show(diagram) {
-    const { isRunning, verdict, count, longer, x } = this.#simulation.state;
-    const at = (i) => this.#simulation.timeAt(i);
-    this.#longer.hidden = isRunning || longer === null;
-    this.#longer.textContent = `Simulate ${longer} ${this.#session.model.forced ? "periods" : "intervals"}`;
+    const { isRunning, verdict, ends, last, longer, interval, x } = this.#simulation.state;
+    const count = ends.length;
+    const { forced: isForced } = this.#session.model;
+    this.#more.hidden = isRunning || last === null;
+    if (longer !== this.#longer) this.#periods.value = longer ?? PERIODS;
+    this.#longer = longer;
+    this.#unit.textContent = isForced ? "periods" : `intervals of ${formatted(interval)}\u202fs`;
     this.#stop.hidden = !isRunning;
     this.#clear.hidden = isRunning || count === 0;
     this.#verdict.textContent = verdict;
@@ -343,10 +388,10 @@ export class SimulationPanel {
     const quantity = { ...this.#session.quantity(show), statistic };
     const other = { max: "min", min: "max" }[statistic];
     const clouds = [statistic, ...(other ? [other] : [])].map((name, i) => ({
-      x: y.map((_, k) => at(k + 1)), y: i ? this.#simulation.values(show, name) : y, tint: `settling ${i ? "other" : ""}`, name,
+      x: ends, y: i ? this.#simulation.values(show, name) : y, tint: `settling ${i ? "other" : ""}`, name,
     }));
     this.#plot.draw({
-      x: { label: this.#session.model.forced ? "forcing period" : "time (s)", range: [0, at(Math.max(y.length, 10))] },
+      x: { label: isForced ? "forcing period" : "time (s)", range: [0, ends.at(-1)] },
       y: { label: other ? axisTitle(quantity) : valueTitle({ ...quantity, label: quantity.label ?? show }) },
       lines: other ? clouds.map(({ tint, name }) => ({ x: [], y: [], tint, name })) : [],
       clouds,

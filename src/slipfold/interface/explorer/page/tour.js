@@ -185,7 +185,7 @@ export class Tour {
     this.#count.textContent = `${step + 1} of ${STEPS.length}`;
     this.#back.disabled = step === 0;
     this.#next.textContent = step + 1 === STEPS.length ? "Done" : "Next";
-    if (this.#parts.simulation.state.count > 0) this.#parts.simulation.clear();
+    if (this.#parts.simulation.state.ends.length > 0) this.#parts.simulation.clear();
     // The steps are the tour's, not the reader's: there is nothing to undo between them.
     if (view) this.#session.store.amend({ ...view(model), plane: this.#session.view.plane ?? model.plane });
     act?.(this.#parts);
