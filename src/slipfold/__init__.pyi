@@ -64,6 +64,7 @@ from slipfold.models.structures.contacts import ConstantLoad as ConstantLoad
 from slipfold.models.structures.contacts import ContactLoad as ContactLoad
 from slipfold.models.structures.contacts import FrictionContact as FrictionContact
 from slipfold.models.structures.contacts import ModulatedLoad as ModulatedLoad
+from slipfold.models.structures.cyclic import CyclicSymmetry as CyclicSymmetry
 from slipfold.models.structures.damping import ModalDamping as ModalDamping
 from slipfold.models.structures.damping import ProportionalDamping as ProportionalDamping
 from slipfold.models.structures.forcing import BaseAcceleration as BaseAcceleration

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from slipfold.models.quantities import (
     DURATION,
     Expression,
     Limit,
-    Output,
     Parameter,
     State,
     Symbols,
@@ -36,6 +35,7 @@ from slipfold.models.structures.matrices import (
     Matrix,
     factor_names,
     factor_value,
+    frequencies_of,
     is_diagonal,
     lowest_modes,
     static_shapes,
@@ -72,8 +72,9 @@ class Assembly:
     Raises `InputError` if its parts do not fit each other.
     """
 
-    def __init__(self, definition: Definition) -> None:
-        self.definition = definition
+    def __init__(self, given: Definition) -> None:
+        self.given, definition = given, given.repeated
+        self.definition = definition  # with all sectors that repeat
         self.length = definition.length_scale
         self.reduced = self._reduce()
         self._retain()
@@ -151,8 +152,10 @@ class Assembly:
 
     def _watched_directions(self) -> tuple[tuple[str, Direction], ...]:
         """Return watched displacements, and those of a boundary, which are no states."""
-        watched, reduction = self.definition.watch, self.definition.reduction
-        names = reduction.boundary if reduction else ()
+        watched, given = self.definition.watch, self.given.reduction
+        # Those of other sectors move alike.
+        count = len(given.boundary) if given else 0
+        names = self.definition.reduction.boundary[:count] if self.definition.reduction else ()
         boundary = ((name, Direction(((name, 1.0),))) for name in names)
         more = (one for one in boundary if one not in watched)
         return (*watched, *more)
@@ -162,8 +165,9 @@ class Assembly:
         item, watched = self.definition, self._watched_directions()
         # Those without mass move with the force itself, too.
         hidden = {*item.names}.difference(self.names, item.massless, dict(watched))
-        parts = (*item.contacts, *item.elements, *item.forcing)
-        directions = (one for part in parts if not part.inertial for one in part._directions if one)
+        several = (*item.contacts, *item.elements, *item.forcing)
+        parts = (part for part in several if not (part.inertial or part.sector))
+        directions = (one for part in parts for one in part._directions if one)
         named = (name for one in directions if len(one.weights) <= FEW for name, _ in one.weights)
         acted = ((name, Direction(((name, 1.0),))) for name in dict.fromkeys(named))
         known = dict(watched).values()
@@ -238,7 +242,7 @@ class Assembly:
     @cached_property
     def frequencies(self) -> Array:
         """Natural frequencies of the linear structure without elements in Hz, shape (r,)."""
-        return _frequencies(self.squares)
+        return frequencies_of(self.squares)
 
     @cached_property
     def squares(self) -> Array:
@@ -262,7 +266,7 @@ class Assembly:
 
     def frequencies_with(self, stiffness: Array) -> Array:
         """Return the natural frequencies with another stiffness in Hz. Shapes: (r, r)."""
-        return _frequencies(lowest_modes(stiffness, self.mass)[0])
+        return frequencies_of(lowest_modes(stiffness, self.mass)[0])
 
     def _refuse_stiff(self) -> None:
         """Refuse a fast mode whose rounding errors hide the slow ones."""
@@ -295,7 +299,7 @@ class Assembly:
             own += damping.parameters
         own += self.definition.variables
         shared: dict[str, Parameter] = {}
-        for component in (item.component for item in self.placed):
+        for component in (one for one in self.definition.components if one.sector is None):
             named = zip(component.parameters, component.named_parameters, strict=True)
             for parameter, one in named:
                 first = shared.setdefault(one.name, one)
@@ -335,7 +339,7 @@ class Assembly:
         """Limits of all components."""
         limits = []
         for component in (item.component for item in self.placed):
-            before = f"{component.name}: " if component.name else ""
+            before = f"{component.label}: " if component.label else ""
             for limit in component.limits():
                 output, reason = component._full_name(limit.output), f"{before}{limit.reason}"
                 name = component._limit_name(limit)
@@ -395,7 +399,7 @@ class Assembly:
         return LocalState(
             q,
             {key[len(start) :]: value for key, value in c.items() if key.startswith(start)},
-            phase,
+            item.component._later(phase),
             tuple(self.displacement(row, q) for row in item.rows),
             tuple(self.displacement(row, q, "v") for row in item.rows),
             memory,
@@ -497,102 +501,6 @@ class Assembly:
                 own += parts if key is None else [c[key] * total(parts)] if parts else []
             terms.append(own)
         return terms
-
-    # -- outputs -------------------------------------------------------------------------------
-
-    def outputs(self) -> tuple[Output, ...]:
-        """Return the outputs of the structure.
-
-        The energy is that of structure and elements. Its rate is ``power_forcing + power_contacts +
-        power_circulatory - power_damping``, where damping is that of structure and elements.
-        """
-        outputs = [
-            Output(name, partial(self._watched, row), "m", f"displacement {name}")
-            for name, row in self.watched
-        ]
-        for item in self.placed:
-            outputs += [self._measured(item, measure) for measure in item.component._measures()]
-        first = len(self.definition.elements)
-        end = first + len(self.definition.contacts)
-        energy, *powers = GENERAL
-        if self.symmetric:
-            doc = "kinetic and elastic energy of structure and elements"
-            outputs.append(Output(energy, self._energy, "J", doc, "$E$ (J)"))
-        functions: tuple[tuple[Any, str], ...] = (
-            (self._damping_power, "power lost to damping"),
-            (partial(self._power, self.placed[end:]), "power put in by the forcing"),
-            (partial(self._power, self.placed[first:end]), "power put in by the contacts"),
-        )
-        if self.circulatory:
-            powers.append("power_circulatory")
-            functions += ((self._circulatory_power, "power put in by the circulatory matrix"),)
-        for name, (function, doc) in zip(powers, functions, strict=True):
-            outputs.append(Output(name, function, "W", doc, "$P$ (W)"))
-        return tuple(outputs)
-
-    def _watched(self, row: Array, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        return self.displacement(row, q)
-
-    def _measured(self, item: Placed, measure: Output) -> Output:
-        """Return a measure of a component as an output of the structure."""
-        component = item.component
-        doc = f"{measure.doc} ({component.name})" if component.name else measure.doc
-
-        def expression(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-            local = self.local(item, q, c, phase)
-            return measure.expression(local, local.c, phase)
-
-        name = component._full_name(measure.name)
-        return replace(measure, name=name, expression=expression, doc=doc)
-
-    def _form(self, matrix: Array, q: Symbols, rate: str) -> list[Expression]:
-        """Return the terms of a quadratic form of displacements or velocities, in SI units."""
-        symbols = [q[f"{rate}{name}"] for name in self.names]
-        even = (matrix + matrix.T) * (self.length**2 / 2)
-        terms = []
-        for row, symbol in enumerate(symbols):
-            weights = even[row, row:] * np.where(np.arange(row, self.size) == row, 1.0, 2.0)
-            parts = weighted_sum(weights, symbols[row:])
-            terms += [symbol * total(parts)] if parts else []
-        return terms
-
-    def _energy(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        terms = [*self._form(self.mass / 2, q, "v"), *self._form(self.stiffness / 2, q, "")]
-        for key, matrix in self.stiffening:
-            terms.append(0.5 * c[str(key)] * total(self._form(matrix, q, "")))
-        stored = (item.component._potential(self.local(item, q, c, phase)) for item in self.placed)
-        return total([*terms, *stored])
-
-    def _damping_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        terms: list[Expression] = []
-        for key, matrix in self.damping:
-            form = self._form(matrix, q, "v")
-            terms += form if key is None else [c[key] * total(form)]
-        lost = (item.component._dissipation(self.local(item, q, c, phase)) for item in self.placed)
-        return total([*terms, *lost])
-
-    def _circulatory_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        terms = []
-        for key, matrix in self.circulatory:
-            for name, row in zip(self.names, matrix, strict=True):
-                force = -self.displacement(row, q) * (1.0 if key is None else c[key])
-                terms.append(force * q[f"v{name}"] * self.length)
-        return total(terms)
-
-    def _power(
-        self, placed: tuple[Placed, ...], q: Symbols, c: Symbols, phase: Expression
-    ) -> Expression:
-        """Return the power of components."""
-        terms = []
-        for item in placed:
-            local = self.local(item, q, c, phase)
-            pairs = zip(item.component._forces(local), local.v, strict=True)
-            terms += [force * speed for force, speed in pairs]
-        return total(terms)
-
-
-def _frequencies(squares: Array) -> Array:
-    return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
 
 
 assemble = lru_cache(maxsize=64)(Assembly)

@@ -71,7 +71,7 @@ class Direction:
         places = {name: place for place, name in enumerate(names)}
         vector = np.zeros(len(names))
         for name, weight in self.weights:
-            if name.startswith(EVERY) and (all_of := _along(name, names)):
+            if name.startswith(EVERY) and (all_of := degrees_along(name, names)):
                 vector[all_of] = weight
                 continue
             if name not in places:
@@ -87,7 +87,7 @@ EVERY = "*:"
 """What the name of a direction at all nodes begins with."""
 
 
-def _along(name: str, names: Sequence[str]) -> list[int]:
+def degrees_along(name: str, names: Sequence[str]) -> list[int]:
     """Return the places of the degrees of freedom along a direction at all nodes."""
     form = re.compile(rf"{re.escape(name.removeprefix(EVERY))}(\d+|_\w+)")
     return [place for place, one in enumerate(names) if form.fullmatch(one)]
@@ -153,6 +153,14 @@ def as_directions(value: Any, title: str, most: int = 2) -> tuple[Direction, ...
 
 
 @dataclass(frozen=True)
+class Sector:
+    """Where a component stands that repeats one of a given sector."""
+
+    number: int  # counted from the given sector
+    lag: float  # by which it is later, in forcing periods
+
+
+@dataclass(frozen=True)
 class LocalState:
     """State of a structure where a component acts, and the coefficients there; symbols."""
 
@@ -194,6 +202,9 @@ class Component(Parametric, ABC):
     """
 
     title: ClassVar[str] = "component"
+
+    sector: ClassVar[Sector | None] = None
+    """Set for one that repeats another by cyclic symmetry: it shares its parameters."""
 
     inertial: ClassVar[bool] = False
     """Whether forces act with the masses along the direction, as those of a moving base do."""
@@ -253,11 +264,21 @@ class Component(Parametric, ABC):
         """Return limits of validity; they watch measures."""
         return ()
 
+    def _later(self, phase: Expression) -> Expression:
+        """Return the phase of the component where that of the given sector is known."""
+        return phase - self.sector.lag if self.sector and self.sector.lag else phase
+
     # -- names in the structure ------------------------------------------------------------------
+
+    @property
+    def label(self) -> str:
+        """Its name, and the sector where it repeats another; empty if it has neither."""
+        number = f"s{self.sector.number}" if self.sector else ""
+        return "_".join(filter(None, (self.name, number)))
 
     def _full_name(self, symbol: str) -> str:
         """Return the name of a state or measure of the component in the structure."""
-        return f"{symbol}_{self.name}" if self.name else symbol
+        return f"{symbol}_{self.label}" if self.label else symbol
 
     def _group_of(self, symbol: str) -> str:
         """Return the name of the group that shares a parameter; empty if none does."""
@@ -266,11 +287,11 @@ class Component(Parametric, ABC):
     def _parameter_name(self, symbol: str) -> str:
         """Return the name of a parameter of the component in the structure."""
         group = self._group_of(symbol)
-        return f"{symbol}_{group}" if group else self._full_name(symbol)
+        return "_".join(filter(None, (symbol, group or self.name)))
 
     def _limit_name(self, limit: Limit) -> str:
         """Return the name of a limit of the component in the structure."""
-        return f"{limit.name} of {self.name}" if self.name else limit.name
+        return f"{limit.name} of {self.label}" if self.label else limit.name
 
     @property
     def named_values(self) -> dict[str, float]:

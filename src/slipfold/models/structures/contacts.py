@@ -347,7 +347,7 @@ class FrictionContact(Component):
     @property
     def key(self) -> str:
         """Name of the contact in histories."""
-        return self.name or "contact"
+        return self.label or "contact"
 
     @property
     def _directions(self) -> tuple[Direction | None, ...]:

@@ -21,6 +21,7 @@ from slipfold.models.structures.component import (
     brief,
 )
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
+from slipfold.models.structures.cyclic import CyclicSymmetry, Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.forcing import (
     BaseAcceleration,
@@ -84,6 +85,7 @@ class Definition:
     variables: tuple[Parameter, ...]  # parameters in the formulas that multiply matrices
     names: tuple[str, ...]  # names of the n degrees of freedom
     reduction: Reduction | None  # how it is reduced; None if not
+    cyclic: CyclicSymmetry | None  # what the matrices are a sector of; None for a whole structure
     # What acts on it, with default values
     elements: tuple[Component, ...]
     contacts: tuple[FrictionContact, ...]
@@ -100,6 +102,30 @@ class Definition:
         return (*self.elements, *self.contacts, *self.forcing)
 
     @cached_property
+    def repeated(self) -> Definition:
+        """The structure of all sectors that repeat; itself without cyclic symmetry."""
+        if self.cyclic is None:
+            return self
+        sectors = Sectors(self.cyclic, self.names)
+        matrices = {key: getattr(self, key) for key in ("M", "C", "K", "G", "H")}
+        changes: dict[str, Any] = {
+            key: sectors.matrix(matrix)
+            for key, matrix in matrices.items()
+            if isinstance(matrix, Matrix)
+        }
+        for key in COMPONENTS:
+            with about(key):
+                changes[key] = sectors.components(getattr(self, key))
+        reduction: Any = self.reduction
+        if reduction is not None and reduction.boundary:
+            with about("reduction", "boundary"):
+                held = (sectors.name(name, sector) for sector in range(sectors.count)
+                        for name in reduction.boundary)  # fmt: skip
+                changes["reduction"] = replace(reduction, boundary=tuple(held))
+        watch = tuple((name, sectors.direction(one, 0)) for name, one in self.watch)
+        return replace(self, **changes, names=sectors.names, watch=watch, cyclic=None)
+
+    @cached_property
     def massless(self) -> tuple[str, ...]:
         """Names of the degrees of freedom without mass, which are condensed statically."""
         return tuple(self.names[place] for place in self.M.empty)
@@ -113,8 +139,10 @@ class Definition:
             for name, matrix in matrices.items()
             if isinstance(matrix, Matrix) and matrix.completed
         ]
-        if self.massless:
-            count, named = len(self.massless), listed(self.massless)
+        if self.cyclic is not None:
+            notes.append(self.cyclic.note)
+        if massless := self.repeated.massless:
+            count, named = len(massless), listed(massless)
             notes.append(f"without mass, condensed statically: {count} ({named})")
         return tuple(notes)
 
@@ -122,7 +150,7 @@ class Definition:
 def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     """Check the arguments of a structure, and part them from the values of their parameters."""
     matrices = _matrices(given)
-    mass, damping, stiffness = (matrices[key] for key in ("M", "C", "K"))
+    mass, damping = matrices["M"], matrices["C"]
     with about("structure", "names"):
         names = _checked_names(given["names"], mass.size)
     if not isinstance(given["M"], Matrix):  # a matrix that is frozen already was checked before
@@ -135,9 +163,17 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
                 f"reduction = {brief(reduction)} is none; give one such as "
                 'FreeInterface(up_to="1 kHz", accuracy=1e-3)'
             )
-        if reduction is not None:
-            reduction._fits(mass, stiffness, names)
-    components = {key: _checked_components(key, given[key], names) for key in COMPONENTS}
+    cyclic = given["cyclic"]
+    known = names
+    with about("cyclic"):
+        if cyclic is not None:
+            if not isinstance(cyclic, CyclicSymmetry):
+                raise InputError(
+                    f"cyclic = {brief(cyclic)} is none; give one such as "
+                    'CyclicSymmetry(sectors=24, engine_order=5, low="a", high="b")'
+                )
+            known = (*Sectors(cyclic, names).names, *cyclic.high)
+    components = {key: _checked_components(key, given[key], known) for key in COMPONENTS}
     values: dict[str, float] = dict(damping.values) if isinstance(damping, Damping) else {}
     kinds: dict[str, Any] = {}
     for key, items in _named_apart(components).items():
@@ -149,14 +185,19 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
         variables=_checked_variables(given["variables"]),
         names=names,
         reduction=reduction,
+        cyclic=cyclic,
         **kinds,
         length_scale=_checked_length(given["length_scale"]),
-        watch=_checked_watch(given["watch"], names),
+        watch=_checked_watch(given["watch"], known),
         name=_checked_line(given, "name") or "structure",
         title=_checked_line(given, "title"),
     )
-    if definition.massless:
-        _check_massless(definition)
+    whole = definition.repeated
+    if whole.reduction is not None:
+        with about("reduction"):
+            whole.reduction._fits(whole.M, whole.K, whole.names)
+    if whole.massless:
+        _check_massless(whole)
     return definition, values
 
 

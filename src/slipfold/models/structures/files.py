@@ -34,6 +34,7 @@ from slipfold.models.structures.contacts import (
     ModulatedLoad,
     NormalLoad,
 )
+from slipfold.models.structures.cyclic import CyclicSymmetry
 from slipfold.models.structures.damping import Damping, ModalDamping, ProportionalDamping
 from slipfold.models.structures.definition import COMPONENTS, Definition
 from slipfold.models.structures.matrices import Matrix
@@ -204,6 +205,7 @@ class StructureFile(Table):
     structure: MatricesTable = Field(examples=["a table [structure] with its matrices M and K"])
     damping: Annotated[Any, _one_of(ProportionalDamping, ModalDamping)] = None
     reduction: Annotated[Any, _one_of(FreeInterface, ModalReduction, CraigBampton)] = None
+    cyclic: Annotated[Any, _one_of(CyclicSymmetry)] = None
     elements: list[Annotated[Any, ELEMENTS]] = Field([], max_length=BOUNDS.entries)
     contacts: list[Annotated[Any, CONTACTS]] = Field([], max_length=BOUNDS.entries)
     forcing: list[Annotated[Any, FORCING]] = Field([], max_length=BOUNDS.entries)
@@ -223,7 +225,7 @@ def read_structure(
             ("damping",), "there are both a matrix C and a table [damping]; give the one meant"
         )
     arguments = {name: getattr(given.structure, name) for name in MatricesTable.model_fields}
-    parts = ("title", "reduction", "elements", "contacts", "forcing", "watch")
+    parts = ("title", "reduction", "cyclic", "elements", "contacts", "forcing", "watch")
     arguments |= {name: getattr(given, name) for name in parts}
     arguments["variables"] = [item.parameter(name) for name, item in given.variables.items()]
     if given.damping is not None:
@@ -264,6 +266,7 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
         },
         "damping": _part(damping) if isinstance(damping, Damping) else None,
         "reduction": None if definition.reduction is None else _part(definition.reduction),
+        "cyclic": None if definition.cyclic is None else _part(definition.cyclic),
         "elements": [_part(item) for item in definition.elements],
         "contacts": [_part(item) for item in definition.contacts],
         "forcing": [_part(item) for item in definition.forcing],

@@ -398,6 +398,8 @@ def is_diagonal(matrix: Array) -> bool:
 def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Array, Array]:
     """Return the lowest undamped modes; displacements without mass follow the others.
 
+    The matrices are symmetric or Hermitian.
+
     Shapes: stiffness, mass (n, n); returns squares (count,), shapes (n, count).
     """
     moving = np.flatnonzero(abs(mass).sum(axis=1))
@@ -417,12 +419,17 @@ def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[A
     return squares, shapes / shapes[largest, np.arange(shapes.shape[1])]
 
 
+def frequencies_of(squares: Array) -> Array:
+    """Return frequencies in Hz by squared circular ones, zero for negative ones."""
+    return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+
+
 def solver(matrix: Any, what: str) -> Callable[[Array], Array]:
     """Return a function that solves linear equations with a matrix. Shapes: matrix (n, n)."""
     if isinstance(matrix, np.ndarray):
         if matrix.size and np.linalg.cond(matrix) > 1e14:
             raise InputError(what)
-        return lambda right: np.asarray(np.linalg.solve(matrix, right), dtype=float)
+        return lambda right: np.asarray(np.linalg.solve(matrix, right))
     from scipy.sparse.linalg import splu
 
     try:
@@ -438,7 +445,7 @@ def static_shapes(stiffness: Array, moving: Indices) -> Array:
     Shapes: stiffness (n, n); returns (n, len(moving)).
     """
     rest = np.setdiff1d(np.arange(len(stiffness)), moving)
-    shapes = np.zeros((len(stiffness), len(moving)))
+    shapes = np.zeros((len(stiffness), len(moving)), dtype=stiffness.dtype)
     shapes[moving, np.arange(len(moving))] = 1.0
     if len(rest):
         solve = solver(
@@ -455,12 +462,12 @@ def _full(matrix: Any) -> Array:
 
 
 def _full_modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:
-    # To standard form by the Cholesky factor of the mass: M = G G^T.
-    factor = np.linalg.cholesky((mass + mass.T) / 2)
-    half = np.linalg.solve(factor, (stiffness + stiffness.T) / 2)
-    standard = np.linalg.solve(factor, half.T)
-    squares, vectors = np.linalg.eigh((standard + standard.T) / 2)
-    return squares, np.linalg.solve(factor.T, vectors)
+    # To standard form by the Cholesky factor of the mass: M = G G^H.
+    factor = np.linalg.cholesky((mass + mass.conj().T) / 2)
+    half = np.linalg.solve(factor, (stiffness + stiffness.conj().T) / 2)
+    standard = np.linalg.solve(factor, half.conj().T)
+    squares, vectors = np.linalg.eigh((standard + standard.conj().T) / 2)
+    return squares, np.linalg.solve(factor.conj().T, vectors)
 
 
 def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
@@ -473,7 +480,7 @@ def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
         return squares[order], shapes[:, order]
 
     stiffness, mass = stiffness.tocsc(), mass.tocsc()
-    shift = MATRICES.shift * abs(stiffness.diagonal()).sum() / mass.diagonal().sum()
+    shift = MATRICES.shift * abs(stiffness.diagonal()).sum() / abs(mass.diagonal()).sum()
     squares, shapes = modes_from(shift)
     if squares[0] > 100 * shift:
         return squares, shapes

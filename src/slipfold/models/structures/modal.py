@@ -76,7 +76,7 @@ class _Forces:
         local = LocalState(
             {},
             {key[len(start) :]: value for key, value in c.items() if key.startswith(start)},
-            phase,
+            item.component._later(phase),
             tuple(self._motion(np.concatenate([row, zero])) for row in rows),
             tuple(self._motion(np.concatenate([zero, row])) for row in rows),
         )

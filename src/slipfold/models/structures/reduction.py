@@ -13,7 +13,13 @@ import numpy as np
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import brief
-from slipfold.models.structures.matrices import MATRICES, Matrix, require_symmetric, solver
+from slipfold.models.structures.matrices import (
+    MATRICES,
+    Matrix,
+    frequencies_of,
+    require_symmetric,
+    solver,
+)
 from slipfold.models.structures.receptance import Coordinates, FullStructure, LowestModes
 from slipfold.models.units import parse_quantity
 from slipfold.text import OneLine, PrintedTable, listed, number_text
@@ -125,10 +131,10 @@ class Reduced:
         """Compare the coordinates with the full structure."""
         squares = self.coordinates.squares
         directions = self.full.directions.shape[1]
-        exact = _frequencies(self.full.modes.first(len(squares))[0])
+        exact = frequencies_of(self.full.modes.first(len(squares))[0])
         exact[: self.full.modes.free] = 0.0  # without rounding errors
         return ReductionReport(
-            _frequencies(squares),
+            frequencies_of(squares),
             exact,
             self.band,
             self.full.modes.size,
@@ -214,7 +220,7 @@ class Reduction(ABC):
             assert self.modes is not None
             coordinates = shapes.coordinates(self.modes)
             kept = shapes.modes.first(self.modes)[0] if self.modes else full.modes.first(1)[0]
-            return Reduced(coordinates, float(_frequencies(kept)[-1]), full)
+            return Reduced(coordinates, float(frequencies_of(kept)[-1]), full)
         band = float(self.up_to)
         count = shapes.modes.count_up_to(band)
         if self.accuracy is None:
@@ -444,7 +450,3 @@ class CraigBampton(Reduction):
 def _block(matrix: Any, rows: Indices, columns: Indices) -> Any:
     dense = isinstance(matrix, np.ndarray)
     return matrix[np.ix_(rows, columns)] if dense else matrix[rows][:, columns]
-
-
-def _frequencies(squares: Array) -> Array:
-    return np.sqrt(np.maximum(squares, 0.0)) / (2 * math.pi)

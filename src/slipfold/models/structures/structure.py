@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.errors import InputError
 from slipfold.models.definitions.source import (
     Source,
     source_of_file,
@@ -20,9 +21,11 @@ from slipfold.models.friction.contact import Contact
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
+from slipfold.models.structures.cyclic import Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
 from slipfold.models.structures.modal import modal_form_of
+from slipfold.models.structures.outputs import outputs_of
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.unforced import MechanicalModel
 
@@ -70,6 +73,9 @@ class Structure(MechanicalModel):
         `FreeInterface`, `CraigBampton` or `ModalReduction`: few modal coordinates ``mode1 mode2
         ...`` stay, and `reduction_report` says how good they are. None keeps all degrees of
         freedom.
+    cyclic
+        `CyclicSymmetry`: the matrices and components are those of one of several equal sectors,
+        under what travels around them. None for a whole structure.
     elements
         Springs: `LinearSpring`, `CubicSpring`, `PolynomialSpring`, `GapSpring`, `TabulatedSpring`,
         `GeometricSpring`.
@@ -132,6 +138,7 @@ class Structure(MechanicalModel):
         variables: Any = (),
         names: Any = None,
         reduction: Any = None,
+        cyclic: Any = None,
         elements: Any = (),
         contacts: Any = (),
         forcing: Any = (),
@@ -172,10 +179,11 @@ class Structure(MechanicalModel):
 
         The tables are ``[structure]`` with ``M K C G H triangles names length_scale``,
         ``[variables]`` with parameters in formulas of matrices, ``[damping]`` and ``[reduction]``
-        with their class as ``type`` and its arguments, one ``[[elements]]``, ``[[contacts]]`` or
-        ``[[forcing]]`` a component, ``[watch]``, and ``[parameters]`` with values. A matrix is
-        written as rows, as ``{ diagonal = [...] }``, as matrices by formulas, or is the name of a
-        file in the folder of the TOML file. A contact has the friction law as ``friction``.
+        with their class as ``type`` and its arguments, ``[cyclic]`` with those of a
+        `CyclicSymmetry`, one ``[[elements]]``, ``[[contacts]]`` or ``[[forcing]]`` a component,
+        ``[watch]``, and ``[parameters]`` with values. A matrix is written as rows, as ``{ diagonal
+        = [...] }``, as matrices by formulas, or is the name of a file in the folder of the TOML
+        file. A contact has the friction law as ``friction``.
 
         Parameters
         ----------
@@ -242,14 +250,14 @@ class Structure(MechanicalModel):
         """
         from slipfold.models.structures.files import structure_tables
 
-        return {**structure_tables(self._assembly.definition), "parameters": dict(self._values)}
+        return {**structure_tables(self._assembly.given), "parameters": dict(self._values)}
 
     # -- what a model gives --------------------------------------------------------------------
 
     @property
     def structure(self) -> Mapping[str, Hashable]:
         """Matrices and components with default values: parameter values are apart from them."""
-        return {name: getattr(self._assembly.definition, name) for name in _PARTS}
+        return {name: getattr(self._assembly.given, name) for name in _PARTS}
 
     @property
     def forced(self) -> bool:
@@ -289,7 +297,7 @@ class Structure(MechanicalModel):
 
     def outputs(self) -> tuple[Output, ...]:
         """Return watched displacements, measures of components, energy and powers."""
-        return self._assembly.outputs()
+        return outputs_of(self._assembly)
 
     @property
     def start(self) -> Array:
@@ -341,7 +349,7 @@ class Structure(MechanicalModel):
         other = type(self)(**{**self.structure, **parts})
         kept = {item.name for item in other.parameters}
         for name in (*COMPONENTS, "C"):  # the values of a part that is replaced go with it
-            part = getattr(self._assembly.definition, name) if name in parts else ()
+            part = getattr(self._assembly.given, name) if name in parts else ()
             if isinstance(part, Damping):
                 kept -= part.values.keys()
             elif isinstance(part, tuple):
@@ -385,6 +393,39 @@ class Structure(MechanicalModel):
         if self._assembly.stiffening:
             return self._assembly.frequencies_with(self.stiffness_matrix)
         return self._assembly.frequencies.copy()
+
+    def diameter_frequencies(self, modes: int = 3) -> Array:
+        """Return the natural frequencies of a cyclic structure by nodal diameter.
+
+        They are those of the constant matrices without elements, computed with one sector.
+
+        Parameters
+        ----------
+        modes
+            How many for each nodal diameter, lowest first.
+
+        Returns
+        -------
+        Array
+            Frequencies in Hz, shape (N // 2 + 1, modes): row d has those of the nodal diameter d.
+            Between 0 and N/2, each is that of two waves, one in either direction.
+
+        Raises
+        ------
+        InputError
+            If the structure has no cyclic symmetry, or fewer modes.
+        """
+        given = self._assembly.given
+        if given.cyclic is None:
+            raise InputError(
+                "the structure has no cyclic symmetry, so it has no nodal diameters; give "
+                "cyclic=CyclicSymmetry(sectors, engine_order, low, high)"
+            )
+        sectors = Sectors(given.cyclic, given.names)
+        most = len(sectors.kept) - len(self._assembly.definition.massless) // sectors.count
+        if not 0 < modes <= most:
+            raise InputError(f"modes = {modes}; give a number from 1 to {most}, all of a sector")
+        return sectors.frequencies(given.M, given.K, modes)
 
     @property
     def reduction_report(self) -> ReductionReport | None:
