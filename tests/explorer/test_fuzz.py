@@ -18,7 +18,12 @@ def schema(explorer):
 
 @pytest.mark.parametrize(
     "operation",
-    [("/api/models", "GET"), ("/api/export", "POST"), ("/api/measurements", "POST")],
+    [
+        ("/api/models", "GET"),
+        ("/api/export", "POST"),
+        ("/api/measurements", "POST"),
+        ("/api/model", "POST"),
+    ],
     ids=str,
 )
 def test_no_request_that_the_schema_describes_makes_the_server_fail(explorer, schema, operation):

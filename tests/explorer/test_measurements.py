@@ -14,7 +14,7 @@ TEXT = "Nd [mN],max y,error of max y,min x,sweep\n100,0.2,0.01,,up\n150,,,-0.3,d
 
 def read(explorer, text, model="sliding"):
     with explorer.http() as http:
-        asked = {"model": model, "name": "my data.csv", "text": text}
+        asked = {"model": model, "name": "my data.csv", "measurements": text}
         return http.post("/api/measurements", json=asked)
 
 

@@ -31,6 +31,7 @@ BAD = {
     "too many parameters": diagram(parameters={f"p{i}": 1.0 for i in range(1001)}),
     "a huge value": diagram(parameters={"f": 1e101}),
     "a model that is a path": diagram(model="../../etc/passwd"),
+    "a text without end": diagram(text="#" * (64 * 1024 + 1)),
     "a span of three": diagram(span=[0, 1, 2]),
     "an unknown statistic": diagram(statistic="mean"),
     "an output that is a formula": diagram(show="x+y"),

@@ -125,7 +125,7 @@ def test_only_the_files_of_the_page_are_served(explorer, path):
 
 def test_a_large_request_is_refused(explorer):
     with explorer.http() as http:
-        answer = http.post("/api/export", content=b" " * (64 * 1024 + 1))
+        answer = http.post("/api/export", content=b" " * (ServerLimits().request_bytes + 1))
     assert answer.status_code == 413
 
 
@@ -137,7 +137,7 @@ def test_a_request_of_unknown_length_is_refused(explorer):
 
 def test_a_large_message_ends_the_socket(explorer):
     with explorer.client() as client:
-        client.send(" " * (64 * 1024 + 1))
+        client.send(" " * (ServerLimits().request_bytes + 1))
         with pytest.raises(ConnectionClosed) as raised:
             client.receive()
     assert raised.value.rcvd.code == 1009

@@ -104,21 +104,39 @@ CASE_FILE = "the path of another case file, or the name of a model"
 
 def model_of_file(given: str, changes: Mapping[str, str], law: FrictionLaw | None = None) -> Model:
     """Make the model of a file: a case, a system of equations or a structure."""
-    source = source_of_file(Path(given), CASE_FILE)
-    own = _model_in(Path(given), source)
+    path = Path(given)
+    source = source_of_file(path, CASE_FILE)
+    own = _model_in(source, path.parent, path.stem)
     if own is not None:
         return own.replace(**with_law(given, law), **changes)
-    return model_of_case(source, Path(given).parent, changes, law)
+    return model_of_case(source, path.parent, changes, law)
+
+
+def model_of_text(text: str, label: str = "", folder: Path | None = None) -> Model:
+    r"""Make the model of a text: a case of a built-in model, a system or a structure.
+
+    `label` is what messages call the text, `folder` where its files with matrices are; it may name
+    none if that is None.
+
+    >>> model_of_text('model = "duffing"\n[parameters]\nW = 1.2')
+    System('duffing', W=1.2)
+    """
+    source = source_of_text(text, label)
+    own = _model_in(source, folder, Path(label).stem)
+    return model_of_case(source, None, {}) if own is None else own
 
 
 def model_of_case(
     source: Source,
-    folder: Path,
+    folder: Path | None,
     changes: Mapping[str, Any],
     law: FrictionLaw | None = None,
     others: Collection[str] = (),
 ) -> Model:
-    """Make the model that a case is about; it may have some other tables, too."""
+    """Make the model that a case is about; it may have some other tables, too.
+
+    Without a folder it names a built-in model and no file.
+    """
 
     def make(tables: Mapping[str, Any]) -> Model:
         if "model" not in tables:
@@ -132,7 +150,10 @@ def model_of_case(
             message = f"is {type_name(values)}, not a table; give values by name, e.g. f = 12.5"
             raise WrongEntry(message, path=["parameters"])
         made: Callable[..., Model] = partial(model_named, name)
-        if name.endswith(".toml"):
+        if name.endswith(".toml") and folder is None:
+            message = f"= {name[:80]!r} is the name of a file, but this text is in none; "
+            raise WrongEntry(f"{message}give e.g. {EXAMPLE}", path=["model"])
+        if name.endswith(".toml") and folder is not None:
             made = _named_model(folder / name).replace
         return made(**{**with_law(name, own_law), **values, **changes})
 
@@ -154,17 +175,22 @@ def with_law(name: str, law: FrictionLaw | None) -> dict[str, Any]:
     return {"friction": law}
 
 
-def _model_in(path: Path, source: Source) -> Model | None:
-    """Return the system or structure that a file holds; None if it is a case file."""
-    for table, kind in (("states", System), ("structure", Structure)):
-        if "model" not in source.tables and table in source.tables:
-            return kind.from_toml(path)
-    return None
+def _model_in(source: Source, folder: Path | None, name: str) -> Model | None:
+    """Return the system or structure that a text holds, `name` if it has none; None for a case."""
+    if "model" in source.tables:
+        return None
+    if "states" in source.tables:
+        return System._read(source, name or "system")
+    return (
+        Structure._read(source, folder, name or "structure")
+        if "structure" in source.tables
+        else None
+    )
 
 
 def _named_model(path: Path) -> Model:
     """Return the system or structure of a file that a case file names."""
-    model = _model_in(path, source_of_file(path, CASE_FILE))
+    model = _model_in(source_of_file(path, CASE_FILE), path.parent, path.stem)
     if model is None:
         raise InputError(f"{path} holds no system or structure; give the name of a file that does")
     return model

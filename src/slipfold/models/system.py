@@ -172,13 +172,17 @@ class System(Model):
         >>> System.from_toml(text).forced
         False
         """
+        if isinstance(source, str) and ("\n" in source or "=" in source):
+            return cls._read(source_of_text(source), "system")
+        path = Path(source)
+        return cls._read(source_of_file(path), path.stem)
+
+    @classmethod
+    def _read(cls, source: Source, name: str) -> System:
         # Only systems of equations need pydantic, which takes a while to load.
         from slipfold.models.definitions.checked_system import build_system
 
-        if isinstance(source, str) and ("\n" in source or "=" in source):
-            return cls(build_system(source_of_text(source)).text)
-        path = Path(source)
-        return cls(build_system(source_of_file(path), path.stem).text)
+        return cls(build_system(source, name).text)
 
     def to_toml(self) -> str:
         """Return the definition as a TOML text; `from_toml` makes the same system of it.

@@ -24,6 +24,7 @@ from slipfold.interface.explorer.messages import (
     OnBranch,
     OrbitRequest,
     PlaneRequest,
+    PostedRequest,
     SimulationRequest,
     ViewRequest,
 )
@@ -31,6 +32,7 @@ from slipfold.interface.explorer.motions import send_motion
 from slipfold.interface.explorer.pictures import send_basins, send_regimes
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
 from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
     Solutions,
     orbit_view,
@@ -121,6 +123,10 @@ class Answering:
             watch = now_and_then(send, check, diagram_note)
             diagram = self._diagram(request, check, watch)
             send({"draft": False, **diagram_view(diagram, show, statistic)})
+
+    def post(self, request: PostedRequest) -> Any:
+        """Return the answer to a request over HTTP that is no export, as plain data."""
+        return answered(self._catalogue, request)
 
     def export(self, request: ExportRequest, check: Check) -> bytes:
         """Make a file of a view, or the text that makes it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from importlib.resources import files
 from pathlib import Path
@@ -18,20 +18,22 @@ from pydantic import ValidationError
 
 from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.curves import measurements_view
 from slipfold.interface.explorer.export import MEDIA_TYPES, SUFFIXES
 from slipfold.interface.explorer.messages import (
     CancelRequest,
     ExportRequest,
     MeasurementsRequest,
+    ModelRequest,
+    PostedRequest,
+    TextRequest,
     ValuesRequest,
     ViewRequest,
     parse_request,
     refusal_of,
 )
 from slipfold.interface.explorer.security import Access, Allowance, Application, Guard, ServerLimits
+from slipfold.interface.explorer.texts import answered, text_of
 from slipfold.interface.explorer.workers import Job, Reply, Workers
-from slipfold.parameter_space.measurement import parse_measurement
 
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
 """Codes with which a WebSocket is closed (RFC 6455)."""
@@ -170,7 +172,7 @@ def make_app(
     app = FastAPI(title="slipfold explore", docs_url=None, redoc_url=None, lifespan=running)
     app.add_exception_handler(RequestValidationError, _refusal)
     _add_files(app)
-    _add_interface(app, catalogue, workers, limits, study)
+    _add_interface(app, catalogue, Answers(catalogue, workers, limits), study)
     _add_socket(app, workers, limits)
     return Guard(app, access, limits)
 
@@ -210,20 +212,57 @@ def _fresh() -> dict[str, str]:
     return {"cache-control": "no-cache"}
 
 
+class Answers:
+    """What answers requests over HTTP."""
+
+    def __init__(self, catalogue: Catalogue, workers: Workers, limits: ServerLimits) -> None:
+        self._catalogue = catalogue
+        self._workers = workers
+        self._allowance = Allowance(limits.requests_per_second, limits.burst)
+
+    def at_once(self, answer: Callable[[Catalogue], Response]) -> Response:
+        """Answer here, about a model of the catalogue."""
+        if not self._allowance.take():
+            return PlainTextResponse(TOO_MANY, 429)
+        try:
+            return answer(self._catalogue)
+        except InputError as error:
+            return PlainTextResponse(str(error), 400)
+
+    async def by_worker(
+        self, request: PostedRequest, media_type: str = "application/json", name: str = ""
+    ) -> Response:
+        """Answer by a worker; `name` is that of a file."""
+        if not self._allowance.take():
+            return PlainTextResponse(TOO_MANY, 429)
+        reply = await _computed(self._workers, request)
+        if isinstance(reply, str) or reply.refused:
+            sentence = reply if isinstance(reply, str) else reply.body.decode()
+            return PlainTextResponse(sentence, 400)
+        headers = {"content-disposition": f'attachment; filename="{name}"'} if name else {}
+        return Response(reply.body, media_type=media_type, headers=headers)
+
+    async def about(self, request: ValuesRequest | MeasurementsRequest) -> Response:
+        """Answer about a model; one of a client's text is made by a worker, which can be ended."""
+        if request.text is not None:
+            return await self.by_worker(request)
+        return self.at_once(lambda catalogue: JSONResponse(answered(catalogue, request)))
+
+
+REFUSED: dict[int | str, dict[str, Any]] = {
+    400: {"content": {"text/plain": {}}, "description": "why there is none"},
+    429: {"content": {"text/plain": {}}, "description": "too many requests"},
+}
+
+A_FILE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {kind: {} for kind in MEDIA_TYPES.values()}, "description": "the file"}
+}
+
+
 def _add_interface(
-    app: FastAPI,
-    catalogue: Catalogue,
-    workers: Workers,
-    limits: ServerLimits,
-    study: dict[str, Any] | None,
+    app: FastAPI, catalogue: Catalogue, answers: Answers, study: dict[str, Any] | None
 ) -> None:
     described = catalogue.describe()
-    allowance = Allowance(limits.requests_per_second, limits.burst)
-    answers: dict[int | str, dict[str, Any]] = {
-        200: {"content": {kind: {} for kind in MEDIA_TYPES.values()}, "description": "the file"},
-        400: {"content": {"text/plain": {}}, "description": "why there is none"},
-        429: {"content": {"text/plain": {}}, "description": "too many requests"},
-    }
 
     @app.get("/api/models")
     async def models() -> list[dict[str, Any]]:
@@ -233,42 +272,39 @@ def _add_interface(
     async def shown_study() -> dict[str, Any] | None:
         return study
 
-    @app.post("/api/values", response_model=dict[str, str])
+    @app.post("/api/values", response_model=dict[str, str], responses=REFUSED)
     async def values(request: ValuesRequest) -> Response:
         """Tell which values a model cannot have: sentences by parameter."""
-        if not allowance.take():
-            return PlainTextResponse(TOO_MANY, 429)
-        try:
-            return JSONResponse(catalogue.refusals(request.model, request.parameters))
-        except InputError as error:
-            return PlainTextResponse(str(error), 400)
+        return await answers.about(request)
 
-    @app.post("/api/measurements")
+    @app.post("/api/measurements", responses=REFUSED)
     async def measurements(request: MeasurementsRequest) -> Response:
         """Read a measured response with the units of a model."""
-        if not allowance.take():
-            return PlainTextResponse(TOO_MANY, 429)
-        try:
+        return await answers.about(request)
+
+    @app.post("/api/text", response_class=PlainTextResponse, responses=REFUSED)
+    async def text(request: TextRequest) -> Response:
+        """Return a model of the catalogue as a text to edit; one of a file as it is now."""
+
+        def answer(catalogue: Catalogue) -> Response:
             model = catalogue.model(request.model, {})
-            result = parse_measurement(request.text, request.name, model)
-        except InputError as error:
-            return PlainTextResponse(str(error), 400)
-        return JSONResponse(measurements_view(result))
+            return PlainTextResponse(text_of(model, catalogue.file(model)))
 
-    @app.post("/api/export", responses=answers, response_class=PlainTextResponse)
+        return answers.at_once(answer)
+
+    @app.post("/api/model", response_model=dict[str, Any], responses=REFUSED)
+    async def written(request: ModelRequest) -> Response:
+        """Make the model of a text: return its description, or what is wrong with it and where."""
+        return await answers.by_worker(request)
+
+    @app.post("/api/export", response_class=PlainTextResponse, responses=A_FILE | REFUSED)
     async def export(request: ExportRequest) -> Response:
-        if not allowance.take():
-            return PlainTextResponse(TOO_MANY, 429)
-        reply = await _computed(workers, request)
-        if isinstance(reply, str) or reply.refused:
-            sentence = reply if isinstance(reply, str) else reply.body.decode()
-            return PlainTextResponse(sentence, 400)
+        """Make a file of a view, or the text that makes it."""
         name = f"{request.view.kind}.{SUFFIXES[request.format]}"
-        headers = {"content-disposition": f'attachment; filename="{name}"'}
-        return Response(reply.body, media_type=MEDIA_TYPES[request.format], headers=headers)
+        return await answers.by_worker(request, MEDIA_TYPES[request.format], name)
 
 
-async def _computed(workers: Workers, request: ExportRequest) -> Reply | str:
+async def _computed(workers: Workers, request: PostedRequest) -> Reply | str:
     """Return the reply of a worker, or why there is none."""
     arrived: asyncio.Future[Reply | str] = asyncio.get_running_loop().create_future()
 

@@ -6,7 +6,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, lru_cache, partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
-from slipfold.models.registry import built_in_models
+from slipfold.models.registry import built_in_models, model_of_text
 from slipfold.models.units import units_of, wanted_text
 
 
@@ -34,23 +34,24 @@ class Catalogue:
     """
 
     def __init__(self, given: Model | None = None, file: Path | None = None) -> None:
-        if given is not None and not given.variable_parameters:
-            raise InputError(
-                f"{given.name} has no parameter that may be varied, so there is no diagram to "
-                "show; give its file a table [parameters]"
-            )
+        if given is not None:
+            _check_variable(given)
         self._file = (given, file)
         built_in = {name: make() for name, make in built_in_models().items()}
         first = {} if given is None else {_key(given.name): given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
+        folder = None if file is None else file.parent
+        self._written = lru_cache(PAGE.texts)(partial(model_of_text, folder=folder))
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the models, a given one first."""
         return tuple(self._models)
 
-    def model(self, name: str, values: Mapping[str, float]) -> Model:
-        """Return a model with some values of its own."""
+    def model(self, name: str, values: Mapping[str, float], text: str | None = None) -> Model:
+        """Return a model with some values of its own; that of a text, if one is given."""
+        if text is not None:
+            return self._written(text).replace(**values)
         if name not in self._models:
             raise InputError(
                 f"there is no model {name!r}; {suggest(name, self.names)}"
@@ -58,7 +59,9 @@ class Catalogue:
             )
         return self._models[name].replace(**values)
 
-    def refusals(self, name: str, values: Mapping[str, float]) -> dict[str, str]:
+    def refusals(
+        self, name: str, values: Mapping[str, float], text: str | None = None
+    ) -> dict[str, str]:
         """Return why a model cannot have these values, by parameter.
 
         Of values that contradict each other those are named that differ from the model's own and
@@ -67,7 +70,7 @@ class Catalogue:
         >>> Catalogue().refusals("sliding", {"Ns": 2.0, "Vd": -1.0})
         {'Vd': 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
         """
-        model = self.model(name, {})
+        model = self.model(name, {}, text)
         alone = {key: _refused(model.parameter(key).check, values[key]) for key in values}
         result = {key: sentence for key, sentence in alone.items() if sentence}
         if result:
@@ -87,12 +90,18 @@ class Catalogue:
         """
         names = request.varied
         values = {name: value for name, value in request.parameters.items() if name not in names}
-        return self.model(request.model, values)
+        return self.model(request.model, values, request.text)
 
     def file(self, model: Model) -> Path | None:
         """Return the file that holds the equations of a model."""
         given, file = self._file
         return file if given is not None and given.kind == model.kind else None
+
+    def described(self, text: str, label: str) -> dict[str, Any]:
+        """Describe the model of a text; messages call the text `label`."""
+        model = self._written(text, label)
+        _check_variable(model)
+        return _described(_key(model.name), model)
 
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""
@@ -106,6 +115,14 @@ def _refused(attempt: Callable[..., object], *values: float, **named: float) -> 
     except InputError as error:
         return str(error)
     return ""
+
+
+def _check_variable(model: Model) -> None:
+    if not model.variable_parameters:
+        raise InputError(
+            f"{model.name} has no parameter that may be varied, so there is no diagram to "
+            "show; give its file a table [parameters]"
+        )
 
 
 def _key(name: str) -> str:

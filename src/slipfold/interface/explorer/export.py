@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tempfile
 from pathlib import Path
-from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import (
@@ -15,12 +14,16 @@ from slipfold.interface.explorer.messages import (
     PlaneRequest,
     SimulationRequest,
 )
+from slipfold.interface.explorer.texts import (
+    case_text,
+    changed_values,
+    is_built_in,
+    whole_text,
+)
 from slipfold.interface.explorer.trajectories import start_of, timed
-from slipfold.models.definitions.system_file import toml_value
-from slipfold.models.friction.record import law_record
+from slipfold.models.definitions.system_file import write_tables
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
-from slipfold.models.registry import built_in_models
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
@@ -48,38 +51,14 @@ def written(result: Result, form: str) -> bytes:
         return path.read_bytes()
 
 
-def changed_values(model: Model, usual: Model | None = None) -> dict[str, float]:
-    """Return the parameter values that differ from the defaults."""
-    before = (
-        {item.name: item.default for item in model.parameters} if usual is None else usual.values
-    )
-    return {name: value for name, value in model.values.items() if value != before[name]}
-
-
-def filed_model(model: Model, file: Path | None) -> Structure:
+def _filed_model(model: Model, file: Path) -> Structure:
     """Return the structure that a file holds, with the values that it has there."""
-    if file is None:
-        raise InputError(
-            f"{model.name} was made in Python and not read from a file, so no text here can make "
-            "it; save the result as netCDF"
-        )
     result = Structure.from_toml(file)
     if result.kind != model.kind:
         raise InputError(
             f"{file} holds another structure than when the page was opened; open it again"
         )
     return result
-
-
-def is_built_in(model: Model) -> bool:
-    """Whether a model of this kind comes with the package under its name.
-
-    >>> from slipfold.models.system import System
-    >>> is_built_in(System(name="duffing", parameters={"k": 1}, states={"q": "-k*q"}))
-    False
-    """
-    make = built_in_models().get(model.name)
-    return make is not None and make().kind == model.kind
 
 
 _CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
@@ -113,7 +92,7 @@ def python_text(
     lines = [
         "import slipfold as sf",
         "",
-        f"model = {_model(shown, file)}",
+        f"model = {_model(shown, file, view.text)}",
         *_steps(shown, view, orbit, measurements),
     ]
     return "\n".join(lines) + "\n"
@@ -162,7 +141,7 @@ def _steps(
     ]
 
 
-def _model(model: Model, file: Path | None) -> str:
+def _model(model: Model, file: Path | None, text: str | None = None) -> str:
     """Return an expression that makes a model; numbers are exact when read back."""
     values = _values(model)
     if isinstance(model, SlidingOscillator):
@@ -171,16 +150,20 @@ def _model(model: Model, file: Path | None) -> str:
         return f"sf.SlidingOscillator({', '.join([*friction, *([values] if values else [])])})"
     if is_built_in(model):
         return f'sf.built_in_models()["{model.name}"]({values})'
-    if isinstance(model, System):
-        made = f"sf.System.from_toml({_quoted(model.to_toml())})"
-        return f"{made}.replace({values})" if values else made
     if isinstance(model, Unforced):
         forced = f"sf.Unforced({_model(model.forced_model, file)})"
         own = DURATION.name
         changed = model.values[own] != DURATION.default
         return f"{forced}.replace({own}={model.values[own]!r})" if changed else forced
-    result = filed_model(model, file)
-    made, values = f"sf.Structure.from_toml({str(file)!r})", _values(model, result)
+    assert isinstance(model, System | Structure)  # a page has no others
+    usual: Model
+    if file is None or isinstance(model, System):
+        own, usual = whole_text(model, text)
+        made = f"sf.{type(model).__name__}.from_toml({_quoted(own)})"
+    else:
+        usual = _filed_model(model, file)
+        made = f"sf.Structure.from_toml({str(file)!r})"
+    values = _values(model, usual)
     return f"{made}.replace({values})" if values else made
 
 
@@ -217,24 +200,17 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
             "no command computes a single orbit from a case file; copy it as Python instead"
         )
     command = _command(model, view)
-    if isinstance(model, System) and not is_built_in(model):
-        # The values of a definition are its own, so the command changes them.
-        changed = changed_values(model)
-        sets = "".join(f" --set {name}={value!r}" for name, value in changed.items())
-        return f"# {command}{sets}\n{model.to_toml()}"
-    head: dict[str, Any]
-    usual: Model | None
-    sliding = model.forced_model if isinstance(model, Unforced) else model
-    if is_built_in(model):
-        head, usual = {"model": model.name}, None
-    elif isinstance(sliding, SlidingOscillator):
-        head, usual = {"model": model.name, "friction": law_record(sliding.friction)}, None
-    else:
-        head, usual = {"model": str(file)}, filed_model(model, file)
-    lines = "".join(f"{key} = {toml_value(value)}\n" for key, value in head.items())
+    if is_built_in(model) or not isinstance(model, System | Structure):
+        return f"# {command}\n{case_text(model, changed_values(model))}"
+    if isinstance(model, Structure) and file is not None:
+        changed = changed_values(model, _filed_model(model, file))
+        case = {"model": str(file), **({"parameters": changed} if changed else {})}
+        return f"# {command}\n{write_tables(case)}"
+    # The values of a definition are its own, so the command changes them.
+    own, usual = whole_text(model, view.text)
     changed = changed_values(model, usual)
-    values = "".join(f"{name} = {value!r}\n" for name, value in changed.items())
-    return f"# {command}\n{lines}" + (f"\n[parameters]\n{values}" if values else "")
+    sets = "".join(f" --set {name}={value!r}" for name, value in changed.items())
+    return f"# {command}{sets}\n{own}"
 
 
 def _command(model: Model, view: DrawnRequest) -> str:

@@ -39,6 +39,9 @@ SLOT = r"^(live|pin:[0-9]{1,3})$"
 Slot = Annotated[str, Field(pattern=SLOT)]
 """Where the page shows an answer; the newest request of each kind and slot wins."""
 
+ModelText = Annotated[str, Field(min_length=1, max_length=PAGE.text)]
+"""A model as TOML; it is parsed and never run."""
+
 Values = Annotated[dict[Name, Number], Field(max_length=PAGE.names)]
 
 
@@ -48,6 +51,12 @@ class _Message(BaseModel):
     rank: ClassVar[int] = 2  # of a request: the lowest is answered first
     seconds: ClassVar[float] = 120.0  # that a worker may take over it
     slow: ClassVar[bool] = False  # whether it takes so long that it must not take all workers
+    remedy: ClassVar[str] = "ask for less, e.g. a narrower span"  # what helps if it takes too long
+
+
+class _OfModel(_Message):
+    model: ModelName
+    text: ModelText | None = None  # the text of the model, if the page has it and no catalogue
 
 
 class _Request(_Message):
@@ -61,8 +70,7 @@ class _Request(_Message):
         return {"kind": self.kind, "id": self.id, "slot": self.slot}
 
 
-class _ModelRequest(_Request):
-    model: ModelName
+class _ModelRequest(_OfModel, _Request):
     parameters: Values = {}  # those that differ from the defaults, SI units
 
     @property
@@ -263,25 +271,55 @@ _ANY: TypeAdapter[Any] = TypeAdapter(Request)
 class ExportRequest(_Message):
     """A view as a file, or as the text that makes it."""
 
+    kind: ClassVar[str] = "export"
+
     view: DrawnRequest  # the request that made the view
     # ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``
     format: Literal["python", "toml", "csv", "nc"]
     measurements: FileName | None = None  # file whose measurements are drawn on the diagram
 
 
-class ValuesRequest(_Message):
+class ValuesRequest(_OfModel):
     """Values of a model's parameters, all of them, to learn which it cannot have."""
 
-    model: ModelName  # name of the model
+    kind: ClassVar[str] = "values"
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
+
     parameters: Values  # the values, SI units
 
 
-class MeasurementsRequest(_Message):
-    """A measured response in the words of its file."""
+class MeasurementsRequest(_OfModel):
+    """A measured response of a model, whose parameter and outputs it names."""
 
-    model: ModelName  # name of the model whose parameter and outputs it names
+    kind: ClassVar[str] = "measurements"
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
+
     name: FileName
-    text: str
+    measurements: str  # in the words of the file
+
+
+class TextRequest(_Message):
+    """The text of a model of the catalogue, to edit it."""
+
+    model: ModelName
+
+
+class ModelRequest(_Message):
+    """A model of the client's own, to learn what it has."""
+
+    kind: ClassVar[str] = "model"
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
+    remedy: ClassVar[str] = "write a smaller model, or shorter formulas"
+
+    text: ModelText
+    name: FileName | None = None  # the file that it is from, for messages
+
+
+PostedRequest = ExportRequest | ValuesRequest | MeasurementsRequest | ModelRequest
+"""A request over HTTP that a worker answers once."""
 
 
 def parse_request(text: str | bytes) -> Request:

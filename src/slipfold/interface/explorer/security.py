@@ -15,7 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 class ServerLimits:
     """Bounds on what clients ask for."""
 
-    request_bytes: int = 64 * 1024  # largest request
+    request_bytes: int = 192 * 1024  # largest request: the text of a model, escaped, and values
     # Requests of one client, in the long run; a slider that is dragged makes sixty
     requests_per_second: float = 120.0
     burst: int = 240  # requests of one client at once

@@ -13,6 +13,9 @@ class PageSettings:
     # Maximum number of parameters or states of a request; a chain of fifty masses has hundreds
     names: int = 1000
     name_length: int = 200  # maximum number of characters of a name
+    # Maximum number of characters of a model's text: twenty times the longest one of the package
+    text: int = 64 * 1024
+    texts: int = 16  # models made of texts that are stored: a page undoes a few steps at once
     margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value
     diagrams: int = 16  # diagrams stored, each below a megabyte
     solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states

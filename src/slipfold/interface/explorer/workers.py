@@ -20,7 +20,12 @@ from typing import Any, NamedTuple, Protocol
 from slipfold.errors import InputError
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
+from slipfold.interface.explorer.messages import (
+    DiagramRequest,
+    ExportRequest,
+    PostedRequest,
+    ViewRequest,
+)
 from slipfold.interface.explorer.security import ServerLimits
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.model import Model
@@ -33,7 +38,7 @@ class WorkerTask(NamedTuple):
     """What a worker is given."""
 
     number: int  # number of the job
-    request: ViewRequest | ExportRequest  # the request
+    request: ViewRequest | PostedRequest  # the request
 
 
 class Reply(NamedTuple):
@@ -42,7 +47,7 @@ class Reply(NamedTuple):
     number: int  # number of the job
     body: bytes  # JSON, or the file of an export
     last: bool = True  # whether it is the last one
-    refused: bool = False  # whether the body of an export is a sentence that says why there is none
+    refused: bool = False  # whether the body is the sentence of a refusal over HTTP
 
 
 class Superseded(Exception):
@@ -101,6 +106,8 @@ def _reply(answering: Answering, task: WorkerTask, connection: Connection, curre
     try:
         if isinstance(request, ExportRequest):
             return Reply(number, answering.export(request, check))
+        if isinstance(request, PostedRequest):
+            return Reply(number, json.dumps(answering.post(request)).encode())
         answering.answer(request, emit, check)
         return Reply(number, held)
     except Superseded:
@@ -120,7 +127,7 @@ def _reply(answering: Answering, task: WorkerTask, connection: Connection, curre
 
 def _failure(task: WorkerTask, sentence: str) -> Reply:
     request = task.request
-    if isinstance(request, ExportRequest):
+    if isinstance(request, PostedRequest):
         return Reply(task.number, sentence.encode(), refused=True)
     answer = {**request.head, "done": True, "error": sentence}
     return Reply(task.number, json.dumps(answer).encode())
@@ -150,7 +157,7 @@ class Failing(Protocol):
 class Job:
     """A request on its way."""
 
-    request: ViewRequest | ExportRequest  # the request
+    request: ViewRequest | PostedRequest  # the request
     # Number of the client, whose jobs go to one worker where possible: it remembers its diagrams
     home: int
     # Takes the replies, and last of all one that is marked so, unless the job is cancelled
@@ -163,7 +170,7 @@ class Job:
     @property
     def kind(self) -> str:
         """Kind of the request."""
-        return "export" if isinstance(self.request, ExportRequest) else self.request.kind
+        return self.request.kind
 
     @property
     def order(self) -> int:
@@ -361,10 +368,7 @@ class Workers:
             return
         if not job.cancelled:
             job.cancelled = True
-            job.fail(
-                f"this took more than {seconds:g} s and was given up; ask for less, e.g. a "
-                "narrower span"
-            )
+            job.fail(f"this took more than {seconds:g} s and was given up; {job.request.remedy}")
         worker.drop()
         loop = asyncio.get_running_loop()
         loop.call_later(PAGE.grace, lambda: worker.kill() if worker.job is job else None)

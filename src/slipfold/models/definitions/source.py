@@ -95,7 +95,7 @@ def _note_header(
 ) -> Keys:
     """Store the location of a table header; return the path of the table."""
     path: Keys = ()
-    for name in key:
+    for name in key[: BOUNDS.depth]:  # no table that is read lies deeper
         path = (*path, name)
         if several and len(path) == len(key):
             arrays[path] = arrays.get(path, -1) + 1

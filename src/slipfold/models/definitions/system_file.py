@@ -491,9 +491,29 @@ def write_system(definition: SystemFile) -> str:
     <BLANKLINE>
     """
     entries = definition.model_dump(exclude_defaults=True, exclude={"name", "sizes"})
-    first = {"name": definition.name, "title": entries.pop("title", "")}
-    blocks = [_lines({key: value for key, value in first.items() if value})]
-    blocks += [f"[{key}]\n{_lines(table)}" for key, table in entries.items() if table]
+    return write_tables({"name": definition.name, **entries})
+
+
+def write_tables(tables: Mapping[str, Any]) -> str:
+    """Write a file as TOML: single entries first, then tables and lists of tables.
+
+    >>> print(write_tables({"name": "own", "elements": [{"k": 2}], "watch": {"u": "tip"}}))
+    name = "own"
+    <BLANKLINE>
+    [[elements]]
+    k = 2
+    <BLANKLINE>
+    [watch]
+    u = "tip"
+    <BLANKLINE>
+    """
+    single = {key: value for key, value in tables.items() if isinstance(value, str)}
+    blocks = [_lines(single)] if single else []
+    for key, table in tables.items():
+        if isinstance(table, Mapping):
+            blocks += [f"[{key}]\n{_lines(table)}"] if table else []
+        elif isinstance(table, list | tuple):
+            blocks += [f"[[{key}]]\n{_lines(item)}" for item in table]
     return "\n\n".join(blocks) + "\n"
 
 

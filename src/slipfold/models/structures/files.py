@@ -13,7 +13,13 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from slipfold.models.definitions.source import Source
-from slipfold.models.definitions.system_file import Line, Named, ParameterTable, Table
+from slipfold.models.definitions.system_file import (
+    Line,
+    Named,
+    ParameterTable,
+    Table,
+    write_tables,
+)
 from slipfold.models.definitions.tables import (
     WrongEntry,
     check_keys,
@@ -45,6 +51,10 @@ FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a file such as "
     "K.mtx in the same folder"
 )
+
+
+ROWS = 20
+"""Largest size of a matrix that is written as rows, which then fit on a line."""
 
 
 def _matrix(given: Any, info: ValidationInfo) -> Any:
@@ -274,6 +284,17 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
         "watch": {name: _plain(direction) for name, direction in definition.watch},
     }
     return {name: table for name, table in tables.items() if table}
+
+
+def structure_text(definition: Definition, values: Mapping[str, float]) -> str:
+    """Return the text of a file with a structure; small matrices as rows."""
+    tables = structure_tables(definition)
+    matrices = tables["structure"]
+    for key in ("M", "K", "C", "G", "H"):
+        given = getattr(definition, key)
+        if isinstance(given, Matrix) and not given.terms and given.size <= ROWS:
+            matrices[key] = given.dense().tolist()
+    return write_tables({**tables, "parameters": dict(values)})
 
 
 def _parameter_table(item: Parameter) -> dict[str, Any]:

@@ -252,6 +252,18 @@ class Structure(MechanicalModel):
 
         return {**structure_tables(self._assembly.given), "parameters": dict(self._values)}
 
+    def to_toml(self) -> str:
+        """Return the structure as a TOML text with all matrices; `from_toml` makes it again.
+
+        Raises
+        ------
+        InputError
+            For a friction law of a user's own, which cannot be found again by its name.
+        """
+        from slipfold.models.structures.files import structure_text
+
+        return structure_text(self._assembly.definition, self._values)
+
     # -- what a model gives --------------------------------------------------------------------
 
     @property

@@ -89,6 +89,15 @@ async function isRefused() {
   }
 }
 
+/** Texts of the models that were written on the page, by the names that the page gave them. */
+export const texts = new Map();
+
+/** A request with the text of its model, if the model was written on the page. */
+export function withText(request) {
+  const text = texts.get(request.model);
+  return text === undefined ? request : { ...request, text };
+}
+
 /** Milliseconds after which what is computed gives way to what is newer: it is not soon there. */
 const SLOW = 1500;
 
@@ -141,7 +150,7 @@ export class Requests {
     const id = this.#nextId++;
     line.sent = { id, request, receiver, at: performance.now() };
     line.waiting = null;
-    this.#connection.send({ ...request, id });
+    this.#connection.send(withText({ ...request, id }));
   }
 
   #deliver(message) {

@@ -5,6 +5,7 @@ import { Connection } from "./connection.js";
 import { DiagramControls, Pins, SpecialPoints } from "./diagram_panel.js";
 import { DiagramPlot } from "./diagram_plot.js";
 import { element } from "./dom.js";
+import { ModelEditor, readLink } from "./editor.js";
 import { Announcer, Notices, StatusLine, TextDialog } from "./messages.js";
 import { OrbitPanel } from "./orbit.js";
 import { ParameterPanel } from "./parameters.js";
@@ -18,7 +19,7 @@ import { pictureOf, sheetOf } from "./svg_file.js";
 import { apply, colors } from "./theme.js";
 import { ExportMenu, Toolbar } from "./toolbar.js";
 import { TOLD_OF, Tour, isFirstVisit } from "./tour.js";
-import { addressOf, diagramRequest, initialView, planeRequest, readAddress } from "./view.js";
+import { addressOf, diagramRequest, initialView, planeRequest } from "./view.js";
 
 const PICTURE_SCALE = 2;
 
@@ -34,7 +35,8 @@ async function start() {
       element("p", { class: "notice failure", role: "alert" }, await refused.text()));
     return;
   }
-  build(...await Promise.all(answers.map((answer) => answer.json())));
+  const [models, study] = await Promise.all(answers.map((answer) => answer.json()));
+  build(models, study, await readLink(location.hash.slice(1), models));
 }
 
 /** The token has done its work; it must not stay in the address that people copy. */
@@ -44,9 +46,8 @@ function forgetToken() {
   history.replaceState(null, "", address);
 }
 
-function build(models, study) {
+function build(models, study, { view: given, sentence }) {
   if (!window.Plotly) throw new Error("/plotly.min.js could not be loaded");
-  const { view: given, sentence } = readAddress(location.hash.slice(1), models);
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
   const connection = new Connection(socket);
   const session = new Session(models, given ?? initialView(models[0]), connection);
@@ -65,6 +66,7 @@ function build(models, study) {
   const simulations = new SimulationPanel(session, simulation, diagram, orbits);
   const tour = new Tour(session, { simulation });
   const page = { dialog, say };
+  const editor = new ModelEditor(session, page);
   const menus = {
     diagram: new ExportMenu("diagram", {
       request: () => session.diagram && diagramRequest(session.view),
@@ -104,8 +106,8 @@ function build(models, study) {
   const curves = element("div", { class: "curves" }, panels.diagram, panels.plane);
   const main = element("main", {}, ...studies, curves, panels.orbit, panels.simulation, panels.basins);
   document.getElementById("page").replaceChildren(
-    new Toolbar(session, { status: status.node, say, tour }).node, notices.node, panels.parameters, main,
-    tour.node, dialog.node, announcer.node);
+    new Toolbar(session, { status: status.node, say, tour, editor }).node, notices.node, panels.parameters, main,
+    editor.node, tour.node, dialog.node, announcer.node);
   const showPlane = () => {
     panels.plane.hidden = !session.view.plane;
     main.classList.toggle("no-plane", !session.view.plane);
@@ -160,10 +162,10 @@ function keepAddress(session, refusals) {
       good = written;
     } else if (good !== null) write(good);
   });
-  window.addEventListener("hashchange", () => {
+  window.addEventListener("hashchange", async () => {
     const text = location.hash.slice(1);
     if (text === written) return;
-    const { view, sentence } = readAddress(text, session.models);
+    const { view, sentence } = await readLink(text, session.models);
     session.failed.announce({ kind: "link", sentence });
     if (view) session.store.commit(view);
   });

@@ -1,5 +1,6 @@
 /** Measured responses: their values, traces and controls. */
 
+import { withText } from "./connection.js";
 import { valueTitle } from "./diagram_plot.js";
 import { element, icon, svg } from "./dom.js";
 import { Signal } from "./store.js";
@@ -60,7 +61,7 @@ export class Measurements {
   }
 
   async #sent(model, file) {
-    const body = JSON.stringify({ model, name: file.name, text: await file.text() });
+    const body = JSON.stringify(withText({ model, name: file.name, measurements: await file.text() }));
     if (new Blob([body]).size > MOST) {
       throw new Error(`${file.name} is larger than ${MOST / 1024} kB; leave out lines, or draw it with slipfold plot --measured`);
     }

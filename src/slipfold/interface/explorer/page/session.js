@@ -1,6 +1,6 @@
 /** The state of the page: the view, its answers, and values that are refused. */
 
-import { Requests } from "./connection.js";
+import { Requests, withText } from "./connection.js";
 import { asSpecial, chosenPlace, crossings } from "./diagram_data.js";
 import { Signal, Store } from "./store.js";
 import { diagramRequest, orbitRequest, planeRequest } from "./view.js";
@@ -20,7 +20,7 @@ export class Refusals {
   /** Ask about the values of the view. */
   async ask() {
     const { model, parameters } = this.#session.view;
-    const body = JSON.stringify({ model, parameters });
+    const body = JSON.stringify(withText({ model, parameters }));
     if (body === this.#asked) {
       if (this.isAny) this.#session.store.refuse();
       return;

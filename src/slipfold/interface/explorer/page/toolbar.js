@@ -1,8 +1,10 @@
 /** The bar at the top: models, files to save, the tour. */
 
+import { withText } from "./connection.js";
 import { Choice, element, icon } from "./dom.js";
+import { offered } from "./editor.js";
 import { apply, choice, nextChoice } from "./theme.js";
-import { initialView } from "./view.js";
+import { initialView, isShort } from "./view.js";
 
 /** Save something as a file. */
 export function download(blob, name) {
@@ -34,7 +36,7 @@ export async function copy(text) {
  * @throws {Error} with the server's sentence
  */
 async function exported(view, format, measurements = null) {
-  return posted("/api/export", JSON.stringify({ view: { id: 0, ...view }, format, measurements }));
+  return posted("/api/export", JSON.stringify({ view: withText({ id: 0, ...view }), format, measurements }));
 }
 
 /**
@@ -173,14 +175,18 @@ export class Toolbar {
   #redo;
   #theme;
 
-  constructor(session, { status, say, tour }) {
+  constructor(session, { status, say, tour, editor }) {
     this.#session = session;
     const { store } = session;
     this.#model = new Choice("Model", (name) => this.#pick(name));
     this.#undo = tool("Undo (Ctrl+Z)", UNDO, () => store.undo());
     this.#redo = tool("Redo (Ctrl+Shift+Z)", REDO, () => store.redo());
-    const link = tool("Copy the link to this view", LINK, async () =>
-      say((await copy(location.href)) ? "Link copied." : "The link is this page's address."));
+    const link = tool("Copy the link to this view", LINK, async () => {
+      const isWhole = isShort(session.model);
+      const isCopied = isWhole && (await copy(location.href));
+      if (isWhole) say(isCopied ? "Link copied." : "The link is this page's address.");
+      else say("The model is too long for a link; open its editor and save it with this view.");
+    });
     this.#theme = tool("", "", () => {
       apply(nextChoice());
       this.#showTheme();
@@ -190,7 +196,7 @@ export class Toolbar {
     }, "Tour");
     this.node = element("header", { class: "masthead" },
       element("h1", {}, "slipfold ", element("span", {}, "explore")), this.#model.node,
-      element("span", { class: "tools" }, this.#undo, this.#redo, link),
+      element("span", { class: "tools" }, editor.opener, this.#undo, this.#redo, link),
       element("span", { class: "tools end" }, status, tourButton, this.#theme));
     store.changed.subscribe(() => this.#show());
     document.addEventListener("keydown", (event) => this.#key(event));
@@ -200,7 +206,7 @@ export class Toolbar {
 
   #show() {
     const { models, view, store } = this.#session;
-    this.#model.show(models.map(({ name, title }) => ({ value: name, text: title ? `${name}: ${title}` : name })), view.model);
+    this.#model.show(offered(models, view.model).map(({ name, title }) => ({ value: name, text: title ? `${name}: ${title}` : name })), view.model);
     this.#undo.disabled = !store.canUndo;
     this.#redo.disabled = !store.canRedo;
   }

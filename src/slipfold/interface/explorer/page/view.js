@@ -138,12 +138,21 @@ export function addressOf(view, model) {
   if (view.at) put("at", `${view.at.branch}~${digits(view.at.y)}`);
   if (view.zoom) put("zoom", [...view.zoom.x, ...view.zoom.y].map(digits).join("~"));
   if (!same(view.plane, usual.plane)) put("plane", view.plane ? planeText(view.plane) : "none");
+  if (model.text && isShort(model)) put("text", model.text);
   for (const pin of view.pins) {
     const inner = new URLSearchParams({ name: pin.name });
     for (const [name, text] of changed(pin.parameters, usual.parameters)) inner.set(name, text);
     query.append("pin", inner.toString());
   }
   return query.toString().replaceAll("%7E", "~");
+}
+
+/** Characters of a model's text in a link: programs cut longer ones. */
+const LONGEST_TEXT = 6000;
+
+/** Whether a link can hold the model, as the server describes it. */
+export function isShort({ text = "" }) {
+  return text.length <= LONGEST_TEXT;
 }
 
 /** The span of a parameter that was not given one: that of its slider. */
@@ -172,7 +181,7 @@ function same(a, b) {
   return JSON.stringify(a) === JSON.stringify(b);
 }
 
-const KEYS = ["model", "vary", "span", "show", "of", "at", "zoom", "plane", "pin"];
+const KEYS = ["model", "vary", "span", "show", "of", "at", "zoom", "plane", "pin", "text"];
 const MOST_PINS = 12;
 const MOST_TOLD = 4;
 

@@ -1,0 +1,291 @@
+/** The model as a text: shown, edited, opened from a file, saved, and made the model of the page. */
+
+import { texts } from "./connection.js";
+import { element, icon } from "./dom.js";
+import { download, posted } from "./toolbar.js";
+import { addressOf, initialView, readAddress } from "./view.js";
+
+/** Characters that a model's name may have, so that a number fits behind it. */
+const LONGEST_NAME = 180;
+
+/** Bytes of the largest file that is read; the server says what is wrong with a smaller one. */
+const LARGEST = 256 * 1024;
+
+/**
+ * Make the model of a text one of the page's.
+ * @param {object[]} models as the server describes them
+ * @param {string} [name] what it is called if that is free
+ * @returns {Promise<object>} the model
+ * @throws {Error} with the server's sentence
+ */
+async function written(models, text, fileName = null, name = null) {
+  const described = await (await posted("/api/model", JSON.stringify({ text, name: fileName }))).json();
+  const base = described.name.slice(0, LONGEST_NAME);
+  const known = models.find((item) => item.text === text && item.base === base);
+  if (known) return known;
+  const taken = new Set(models.map((item) => item.name));
+  const numbered = (count) => `${base} (edited${count > 1 ? ` ${count}` : ""})`;
+  let count = 1;
+  while (taken.has(numbered(count))) count += 1;
+  const own = name !== null && !taken.has(name) ? name : numbered(count);
+  const model = { ...described, name: own, base, text };
+  models.push(model);
+  texts.set(own, text);
+  return model;
+}
+
+/** The models to choose from: of those that were written on the page the last of each name. */
+export function offered(models, current) {
+  return models.filter((item) =>
+    !item.text || item.name === current || models.findLast(({ base }) => base === item.base) === item);
+}
+
+/**
+ * Read a link; the text of a model that is in it becomes one of the page's.
+ * @returns {Promise<{view: View|null, sentence: string|null}>} as `readAddress`
+ */
+export async function readLink(address, models) {
+  const query = new URLSearchParams(address);
+  const text = query.get("text");
+  if (text === null) return readAddress(address, models);
+  try {
+    query.set("model", (await written(models, text, null, query.get("model"))).name);
+  } catch (error) {
+    return { view: null, sentence: `The model of this link cannot be used: ${error.message}` };
+  }
+  return readAddress(query.toString(), models);
+}
+
+/**
+ * The view of a model that was edited: what was set on the page stays, unless the text sets it anew.
+ * @param {object} before the model that the view is of
+ */
+function carriedOver(view, before, model) {
+  const usual = initialView(model);
+  const values = new Map(before.parameters.map(({ name, value }) => [name, value]));
+  const parameters = { ...usual.parameters };
+  for (const { name, value } of model.parameters) {
+    if (values.get(name) === value) parameters[name] = view.parameters[name];
+  }
+  const isKnown = (name) => model.parameters.some((item) => item.name === name);
+  const isShown = [...model.states, ...model.outputs].some(({ name }) => name === view.show);
+  const { vary, span, show, statistic, plane } = view;
+  return {
+    ...usual,
+    parameters,
+    ...(isKnown(vary) ? { vary, span } : {}),
+    ...(isShown ? { show, statistic } : {}),
+    ...(plane && isKnown(plane.x.name) && isKnown(plane.y.name) ? { plane } : {}),
+  };
+}
+
+/** The comment in a saved model that holds the view: the file is a model to every other program. */
+const HOLDS_VIEW = /^# slipfold explore: (\S*)\n/;
+
+/** A model's text with the view of it. */
+function saved(view, model, text) {
+  const query = new URLSearchParams(addressOf(view, model));
+  for (const name of ["model", "text"]) query.delete(name);
+  return `# slipfold explore: ${query.toString().replaceAll("%7E", "~")}\n${text.replace(HOLDS_VIEW, "")}`;
+}
+
+const PEN = "M3 13l.7-3L10.5 3.2l2.3 2.3L6 12.3zM9 4.7L11.3 7";
+const CROSS = "M4 4l8 8M12 4l-8 8";
+
+export class ModelEditor {
+  /** The panel to put on the page. */
+  node;
+  /** The button that opens it. */
+  opener = element("button", {
+    type: "button", class: "tool", "aria-label": "Edit the model", title: "Edit the model", "aria-expanded": "false",
+    on: { click: () => (this.node.open ? this.close() : this.open()) },
+  }, icon(PEN));
+  #session;
+  #say;
+  #shown = null;
+  #fileName = null;
+  #lines = element("pre", { "aria-hidden": "true" });
+  #text = element("textarea", {
+    spellcheck: "false", wrap: "off", "aria-label": "The model as TOML", "aria-describedby": "editor-fault",
+    on: {
+      input: () => this.#changed(),
+      scroll: () => { this.#lines.scrollTop = this.#text.scrollTop; },
+      keydown: (event) => this.#key(event),
+    },
+  });
+  #fault = element("div", { class: "fault", id: "editor-fault", role: "alert", hidden: true });
+  #apply = element("button", { type: "button", class: "main", title: "Ctrl+Enter", on: { click: () => this.apply() } }, "Apply");
+  #reload = element("button", { type: "button", title: "Read the file again", on: { click: () => this.#readAgain() } }, "Reload");
+  #state = element("span", { role: "status" });
+  #file = element("input", {
+    type: "file", accept: ".toml,.txt", class: "unseen", tabindex: "-1", "aria-label": "File with a model",
+    on: { change: () => this.#openFile(this.#file.files[0]) },
+  });
+
+  constructor(session, { say }) {
+    this.#session = session;
+    this.#say = say;
+    const button = (text, act) => element("button", { type: "button", on: { click: act } }, text);
+    this.node = element("dialog", {
+      class: "editor", id: "editor", "aria-labelledby": "editor-heading",
+      on: {
+        dragover: (event) => event.preventDefault(),
+        drop: (event) => this.#drop(event),
+        keydown: (event) => event.key === "Escape" && this.close(),
+      },
+    },
+    element("div", { class: "panel-head" }, element("h2", { id: "editor-heading" }, "Model"),
+      button("Open file…", () => this.#file.click()), button("Save", () => this.#save()), this.#reload,
+      element("button", { type: "button", class: "quiet close", "aria-label": "Close the editor", on: { click: () => this.close() } }, icon(CROSS))),
+    element("div", { class: "lined" }, this.#lines, this.#text), this.#fault,
+    element("div", { class: "actions" }, this.#state, this.#apply), this.#file);
+    session.store.changed.subscribe(() => this.node.open && this.#follow());
+  }
+
+  /** Open the panel with the text of the model. */
+  async open() {
+    this.node.show();
+    this.opener.setAttribute("aria-expanded", "true");
+    await this.#follow();
+    this.#text.focus();
+  }
+
+  /** Close the panel; what was not applied stays in it. */
+  close() {
+    this.node.close();
+    this.opener.setAttribute("aria-expanded", "false");
+    this.opener.focus();
+  }
+
+  /** Make the model of the text and show it. */
+  async apply() {
+    const text = this.#text.value;
+    const { session, view, model: before } = { session: this.#session, view: this.#session.view, model: this.#session.model };
+    this.#tell("Building the model…");
+    this.#apply.disabled = true;
+    try {
+      const model = await written(session.models, text, this.#fileName);
+      this.#adopt(model);
+      const address = HOLDS_VIEW.exec(text)?.[1];
+      const isSame = model.base === (before.base ?? before.name);
+      if (address !== undefined && !isSame) this.#show(readAddress(`model=${encodeURIComponent(model.name)}&${address}`, session.models));
+      else session.store.commit(isSame ? carriedOver(view, before, model) : initialView(model));
+      this.#tell("Applied.");
+    } catch (error) {
+      this.#refuse(error.message);
+    } finally {
+      this.#apply.disabled = false;
+    }
+  }
+
+  #show({ view, sentence }) {
+    this.#session.store.commit(view);
+    if (sentence) this.#say(sentence);
+  }
+
+  /** Show the text of another model, unless that in the panel was changed and not applied. */
+  async #follow() {
+    const { model } = this.#session;
+    this.#reload.hidden = Boolean(model.text);
+    if (model === this.#shown || this.#isChanged) return;
+    await this.#read(model);
+  }
+
+  async #read(model) {
+    try {
+      const answer = model.text ?? (await (await posted("/api/text", JSON.stringify({ model: model.name }))).text());
+      if (model !== this.#session.model) return;
+      this.#adopt(model, answer);
+      this.#tell("");
+    } catch (error) {
+      this.#refuse(error.message);
+    }
+  }
+
+  /** Read the file of the model again, and make what it holds now the model. */
+  async #readAgain() {
+    await this.#read(this.#session.model);
+    await this.apply();
+  }
+
+  #adopt(model, text = this.#text.value) {
+    this.#shown = model;
+    if (this.#text.value !== text) this.#text.value = text;
+    this.#text.dataset.given = text;
+    this.#changed();
+  }
+
+  get #isChanged() {
+    return this.#shown !== null && this.#text.value !== this.#text.dataset.given;
+  }
+
+  #changed() {
+    this.#accuse(null);
+    this.#number();
+    if (this.#isChanged) this.#tell("Changed, not applied.");
+  }
+
+  /** Number the lines; that with a mistake is marked. */
+  #number(wrong = 0) {
+    const count = this.#text.value.split("\n").length;
+    this.#lines.replaceChildren(...Array.from({ length: count }, (_, i) =>
+      element("span", { class: i + 1 === wrong && "wrong" }, `${i + 1}\n`)));
+    this.#lines.scrollTop = this.#text.scrollTop;
+  }
+
+  #refuse(sentence) {
+    this.#tell("");
+    this.#accuse(sentence);
+    const place = /line (\d+), column (\d+)/.exec(sentence);
+    if (!place) return;
+    const [line, column] = place.slice(1).map(Number);
+    this.#number(line);
+    const start = this.#text.value.split("\n").slice(0, line - 1).join("\n").length + (line > 1) + column - 1;
+    this.#text.focus();
+    this.#text.setSelectionRange(start, start);
+  }
+
+  #accuse(sentence) {
+    this.#fault.hidden = sentence === null;
+    const [words = "", ...excerpt] = (sentence ?? "").split("\n");
+    this.#fault.replaceChildren(element("p", {}, words),
+      ...(excerpt.length ? [element("pre", { tabindex: "0" }, excerpt.join("\n"))] : []));
+  }
+
+  #tell(state) {
+    this.#state.textContent = state;
+  }
+
+  async #openFile(file) {
+    if (!file) return;
+    this.#file.value = "";
+    this.#fileName = file.name;
+    if (file.size > LARGEST) {
+      this.#refuse(`${file.name} is larger than ${LARGEST / 1024} kB; start slipfold explore with it instead`);
+      return;
+    }
+    this.#text.value = (await file.text()).replaceAll("\r\n", "\n");
+    this.#changed();
+    await this.apply();
+  }
+
+  #drop(event) {
+    if (!event.dataTransfer.files.length) return;
+    event.preventDefault();
+    this.#openFile(event.dataTransfer.files[0]);
+  }
+
+  #save() {
+    const { view, model } = this.#session;
+    const text = this.#isChanged ? this.#text.value : saved(view, model, this.#text.value);
+    const name = (model.base ?? model.name).replace(/[^\w.-]+/g, "-");
+    download(new Blob([text], { type: "application/toml" }), this.#fileName ?? `${name}.toml`);
+    this.#tell(this.#isChanged ? "Saved as it stands, without the view." : "Saved with the view.");
+  }
+
+  #key(event) {
+    if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
+    event.preventDefault();
+    this.apply();
+  }
+}

@@ -1,0 +1,78 @@
+"""The editor of the model: what is written there is what the page shows."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from helpers.explorer_models import BRAKE
+
+TEXT = ".editor textarea"
+
+
+@pytest.fixture
+def editor(new_tab):
+    """The editor with the text of Duffing's oscillator."""
+    new_tab.open("model=duffing&p.F=0.15")
+    new_tab.page.get_by_role("button", name="Edit the model").click()
+    expect(new_tab.page.locator(TEXT)).to_have_value(re.compile("Duffing's oscillator"))
+    return new_tab
+
+
+def write(explorer, text):
+    explorer.page.locator(TEXT).fill(text)
+    explorer.page.keyboard.press("Control+Enter")
+
+
+def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
+    page = editor.page
+    given = page.locator(TEXT).input_value()
+    quintic = given.replace("- g*q^3", "- g*q^3 - e*q^5").replace("d = {", "e = 0.02\nd = {")
+    write(editor, given.replace("k*q ", "k*qq "))
+    expect(page.locator(".fault p")).to_contain_text("line 17, column 36: there is no name 'qq'")
+    expect(page.locator(".lined .wrong")).to_have_text("17\n")
+    assert page.locator(TEXT).evaluate("(area) => area.value.slice(area.selectionStart)[0]") == "q"
+    editor.faults.clear()  # browsers note a refused request
+    before = editor.specials()
+    with editor.redrawn():
+        write(editor, quintic)
+    assert page.locator("header select").input_value() == "duffing (edited)"
+    assert editor.specials() != before
+    assert editor.parameter("F") == 0.15  # what was set on the page stays
+    assert editor.slider("e").count() == 1
+    after = editor.specials()
+    page.get_by_role("button", name="Close the editor").click()
+    with editor.redrawn():
+        page.keyboard.press("Control+z")
+    assert editor.specials() == before
+    with editor.redrawn():
+        page.keyboard.press("Control+Shift+z")
+    page.get_by_role("button", name="Edit the model").click()
+    with page.expect_download() as saving:
+        page.get_by_role("button", name="Save", exact=True).click()
+    saved = tmp_path / "saved.toml"
+    saving.value.save_as(saved)
+    assert saved.read_text().startswith("# slipfold explore: p.F=0.15")
+    page.reload()  # another page knows nothing of the model
+    page.wait_for_selector(".plot[aria-busy=false]")
+    assert editor.specials() == after
+    editor.open("model=stribeck")
+    page.get_by_role("button", name="Edit the model").click()
+    with editor.redrawn():
+        page.get_by_label("File with a model").set_input_files(saved)
+    assert editor.specials() == after
+    assert editor.parameter("F") == 0.15
+
+
+def test_the_file_of_the_server_is_read_again(brake, brake_file):
+    brake.open("model=brake")
+    page = brake.page
+    page.get_by_role("button", name="Edit the model").click()
+    expect(page.locator(TEXT)).to_have_value(BRAKE)
+    try:
+        brake_file.write_text(BRAKE.replace("load = 5", "load = 6"))
+        with brake.redrawn():
+            page.get_by_role("button", name="Reload").click()
+        assert brake.parameter("Ns") == 6
+    finally:
+        brake_file.write_text(BRAKE)

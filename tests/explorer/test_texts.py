@@ -1,0 +1,147 @@
+"""Models that are written on the page: parsed and never run, bounded, and as good as others."""
+
+from contextlib import suppress
+
+import hypothesis
+import pytest
+from hypothesis import strategies as st
+
+import slipfold as sf
+from helpers.explorer_models import BRAKE
+from helpers.explorer_server import diagram, running_explorer
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import ModelRequest
+from slipfold.interface.explorer.security import ServerLimits
+from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.texts import answered, text_of
+from slipfold.models.registry import built_in_models, built_in_text, model_of_text
+
+DUFFING = built_in_text("duffing")
+QUINTIC = DUFFING.replace("- g*q^3", "- g*q^3 - 0.02*q^5")
+OWN = {"vary": "W", "span": [0.8, 1.0], "show": "q", "parameters": {"F": 0.1}}
+
+
+def post(explorer, path, **content):
+    with explorer.http() as http:
+        return http.post(f"/api/{path}", json=content)
+
+
+def test_a_written_model_is_answered_as_one_of_the_catalogue(explorer, client):
+    described = post(explorer, "model", text=QUINTIC, name="my own.toml").json()
+    assert described["name"] == "duffing"
+    assert [item["name"] for item in described["parameters"]] == ["W", "F", "d", "k", "g"]
+    given = client.ask(diagram(model="duffing (edited)", text=QUINTIC, **OWN))
+    expected = sf.response(sf.System.from_toml(QUINTIC).replace(F=0.1), "W", (0.8, 1.0))
+    (branch,) = expected.branches
+    last = given["branches"][0]["y"][-1]
+    assert last == pytest.approx(branch.extrema_of("q").maximum[-1], rel=1e-6)
+    refusals = post(explorer, "values", model="own", text=QUINTIC, parameters={"W": -1.0}).json()
+    assert refusals == {"W": "W = -1 is outside its bounds; W must be > 0 rad/s"}
+
+
+@pytest.mark.parametrize("name", built_in_models())
+def test_the_text_of_every_model_makes_it_again(name):
+    model = built_in_models()[name]()
+    assert model_of_text(text_of(model)) == model
+
+
+def test_a_structure_that_was_made_in_python_has_a_text_with_all_its_matrices():
+    chain = built_in_models()["chain"](F_shaker=0.5)
+    own = chain.replace(title="one's 'own'")
+    assert sf.Structure.from_toml(own.to_toml()) == own
+    spun = sf.Structure(M=[[1, 0], [0, 1]], K={1: [[2, -1], [-1, 2]], "w^2": [[1, 0], [0, 0]]})
+    assert sf.Structure.from_toml(spun.to_toml()) == spun
+    assert model_of_text(text_of(spun)) == spun
+
+
+def test_a_mistake_is_told_as_on_the_command_line(explorer, tmp_path):
+    wrong = QUINTIC.replace("k*q ", "k*qq ")
+    file = tmp_path / "own.toml"
+    file.write_text(wrong)
+    with pytest.raises(sf.InputError) as raised:
+        sf.System.from_toml(file)
+    answer = post(explorer, "model", text=wrong, name="own.toml")
+    assert answer.status_code == 400
+    assert answer.text == str(raised.value).replace(str(file), "own.toml")
+    assert answer.text.splitlines()[0].startswith("own.toml, line 17, column 36: ")
+    assert answer.text.splitlines()[2].strip() == "^^"
+
+
+HOSTILE = {
+    "brackets": "a = " + "[" * 30_000 + "]" * 30_000,
+    "deep tables": "[" + ".".join("a" * 10_000) + "]",
+    "parentheses": f"[states]\nq = '{'(' * 4000}q{')' * 4000}'",
+    "powers": "[states]\nq = '10^10^10^10 + q^1e308'",
+    "no number": "[parameters]\na = 1e999\n[states]\nq = '-a*q'",
+    "sums": "[sizes]\nn = 1000\n[states]\nq = 'sum(i=1:n, sum(j=1:n, sum(k=1:n, q*i*j*k)))'",
+    "a million states": "[sizes]\nn = 1000000\n[states]\n'x[i=1:n]' = '-x[i]'",
+    "a million masses": "[structure]\nnames = 'a'\n"
+    + "\n".join(
+        f"{key} = {{ size = 1000000, rows = [0], columns = [0], entries = [1] }}" for key in "MK"
+    ),
+    "a formula that is Python": "[states]\nq = '__import__(\"os\").getpid()'",
+    "a path": "[structure]\nM = '/etc/passwd'\nK = [[1]]",
+    "a path above": "[structure]\nM = '../secret.mtx'\nK = [[1]]",
+    "another case": "model = '/etc/passwd.toml'",
+    "nothing to vary": "[states]\nq = '-q'",
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_a_hostile_text_is_refused_in_a_sentence(text):
+    request = ModelRequest(text=text)
+    with pytest.raises(sf.InputError) as raised:
+        answered(Catalogue(), request)
+    assert len(str(raised.value)) < 1000
+
+
+def test_a_text_that_takes_long_is_given_up_and_the_server_goes_on():
+    slow = "[sizes]\nn = 499\n[parameters]\na = 1\n[states]\n'x[i=1:n]' = 'v[i]'\n'v[i=1:n]' = '"
+    slow += "-a*x[i]*sin(x[i])" * 300 + "'"
+    limits = ServerLimits(seconds={"model": 0.5})
+    with running_explorer(workers=1, limits=limits) as explorer:
+        answer = post(explorer, "model", text=slow)
+        assert answer.status_code == 400
+        assert answer.text.startswith("this took more than 0.5 s and was given up; write a smaller")
+        assert post(explorer, "text", model="duffing").text == DUFFING
+        limits.seconds["model"] = 60.0
+        assert post(explorer, "model", text=QUINTIC).status_code == 200
+
+
+def test_a_text_has_a_largest_size(explorer, client):
+    long = DUFFING + "#" * PAGE.text
+    assert post(explorer, "model", text=long).status_code == 422
+    answer = client.ask(diagram(text=long))
+    assert answer["error"].startswith("the request cannot be used: ")
+    assert len(answer["error"]) < 200
+
+
+MATRIX = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 2000.0\n"
+OF_FILE = BRAKE.replace("[[2000.0]]", '"K.mtx"')
+
+
+def test_files_with_matrices_are_read_in_the_folder_of_the_servers_file_alone(tmp_path):
+    (tmp_path / "K.mtx").write_text(MATRIX)
+    file = tmp_path / "brake.toml"
+    file.write_text(OF_FILE)
+    mine = Catalogue(sf.Structure.from_toml(file), file)
+    assert mine.described(OF_FILE, "")["name"] == "brake"
+    assert text_of(mine.model("brake", {}), file) == OF_FILE
+    for other, text in [
+        (Catalogue(), OF_FILE),
+        (mine, OF_FILE.replace("K.mtx", "../K.mtx")),
+        (mine, OF_FILE.replace("K.mtx", f"{tmp_path}/K.mtx")),
+        (mine, 'model = "brake.toml"'),
+    ]:
+        with pytest.raises(sf.InputError, match=r"this text is in none|leads out of the folder"):
+            other.described(text, "")
+
+
+LINES = [line for line in (DUFFING + BRAKE).splitlines() if line]
+
+
+@hypothesis.settings(max_examples=60, deadline=None)
+@hypothesis.given(st.lists(st.sampled_from(LINES) | st.text(max_size=12), max_size=30))
+def test_lines_in_any_order_make_a_model_or_a_sentence(lines):
+    with suppress(sf.InputError):
+        answered(Catalogue(), ModelRequest(text="\n".join(lines) or "#"))
