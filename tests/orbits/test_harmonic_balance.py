@@ -8,6 +8,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 import slipfold as sf
 from slipfold.models.registry import model_named
+from slipfold.orbits import harmonic_balance
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 
@@ -135,6 +136,22 @@ def test_harmonics_that_are_left_out_are_counted():
     assert few.truncation > 1e-8
     assert few.states < few.truncation
     assert "not within" in str(few)
+
+
+def test_multipliers_that_fewer_harmonics_do_not_give_leave_the_truncation_unknown(monkeypatch):
+    known, calls = harmonic_balance._multipliers, []
+
+    def of_the_finer_alone(*given):
+        calls.append(given)
+        found = known(*given)
+        return found if len(calls) % 2 == 0 else np.full_like(found, np.nan)
+
+    orbit = sf.periodic_orbit(chain(1, creeping(0.3)))
+    monkeypatch.setattr(harmonic_balance, "_multipliers", of_the_finer_alone)
+    found = orbit.harmonic_balance()
+    assert found.multipliers < 1e-10
+    assert np.isnan(found.truncation)
+    assert not found.passed
 
 
 def test_what_is_no_series_is_refused():

@@ -9,10 +9,12 @@ from scipy.linalg import expm
 
 import slipfold as sf
 from slipfold.collocation_points import gauss_points
+from slipfold.continuation.newton import correct
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modal_answers import ModalAnswers
 from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of
 from slipfold.flow.modal_segments import joined, solve_segments
+from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.modal_shooting import ModalChoice, ModalShooting, shooting_for
 from slipfold.orbits.shooting import Shooting
 
@@ -155,6 +157,11 @@ def test_states_are_those_of_the_flow_where_no_motion_is_found(two, monkeypatch)
     exact = shot.propagate_to(nodes, constants, phases)
     assert_same(own.propagate_to(nodes, constants, phases), exact, 1e-12)
     assert_same([own.states(nodes, constants, phases)], exact[1:2], 1e-12)
+    orbits = orbits_at(own.model, 1, 8, by=ModalShooting)
+    z = orbits.unknown(nodes, own.model)
+    failed = correct(orbits, z, np.eye(len(z))[-1])
+    assert not failed.converged
+    assert failed.failure == ModalShooting.undefined  # and no singularity of the model
 
 
 @pytest.mark.parametrize(("stages", "order"), [(1, 2), (2, 4), (3, 6)])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import Correction, Linearized, WholeMatrix, correct
+from slipfold.continuation.newton import SINGULAR, Correction, Linearized, WholeMatrix, correct
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +67,11 @@ class Curve(ABC, Generic[P]):
     def chords(self) -> bool:
         """Whether equations cost much less without their derivatives."""
         return True
+
+    @property
+    def undefined(self) -> str:
+        """Why equations may have no finite values, as a clause."""
+        return SINGULAR
 
     @abstractmethod
     def defect(self, z: Array) -> Array:

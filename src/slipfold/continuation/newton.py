@@ -75,6 +75,10 @@ class NewtonEquations(Protocol):
     def chords(self) -> bool:
         """Whether they cost much less without their derivatives."""
 
+    @property
+    def undefined(self) -> str:
+        """Why they may have no finite values, as a clause."""
+
     def defect(self, z: Array) -> Array:
         """Return the function that Newton's method brings to zero."""
 
@@ -125,7 +129,7 @@ def correct(
         longest = min(NEWTON.chord, reach) / NEWTON.chord_gain
         z, _, left = _chord_steps(equations, expected.bordered(row), z, 0.0, longest)
         if left > NEWTON.hopeless * reach:
-            failure = TOO_SHARP if np.isfinite(left) else SINGULAR
+            failure = TOO_SHARP if np.isfinite(left) else equations.undefined
             return Correction(z, None, None, np.inf, 0.0, left, 0, failure)
     linearization, bordered = None, None
     moved, mismatch = np.inf, np.inf
@@ -135,7 +139,7 @@ def correct(
         taken += 1
         linearization = _linearized(equations, z)
         if linearization is None:
-            failure = SINGULAR
+            failure = equations.undefined
             break
         defect = linearization.defect
         bordered = linearization.bordered(row)
@@ -152,7 +156,7 @@ def correct(
                 if not moved <= NEWTON.still:  # derivatives are those of where it ends
                     linearization, moved = _linearized(equations, z), 0.0
                     bordered = None if linearization is None else linearization.bordered(row)
-                    failure = SINGULAR if linearization is None else ""
+                    failure = equations.undefined if linearization is None else ""
                 break
         if (
             not moved < max(NEWTON.growth * previous, NEWTON.rounding)
@@ -168,7 +172,7 @@ def correct(
             longest = max(NEWTON.growth * moved, NEWTON.rounding)
             z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
             if not left < longest:
-                moved, failure = left, DIVERGED if isfinite(left) else SINGULAR
+                moved, failure = left, DIVERGED if isfinite(left) else equations.undefined
                 break
     return Correction(
         z,

@@ -331,7 +331,8 @@ class _Unfolded:
     """
 
     def __init__(self, orbits: Orbits, z: Array) -> None:
-        self._orbits, self._value, self.chords = orbits, z[-1], orbits.chords
+        self._orbits, self._value = orbits, z[-1]
+        self.chords, self.undefined = orbits.chords, orbits.undefined
         part = orbits.linearize(z)
         self._column = np.cos(np.arange(orbits.size))  # any vector, but not one with a symmetry
         self.row = np.append(np.cos(np.arange(len(z) - 1)), 0.0)

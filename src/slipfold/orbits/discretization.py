@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, gauss_points, radau_points
+from slipfold.continuation.newton import SINGULAR
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.angles import wrap_angles
@@ -87,6 +88,9 @@ class Discretization(ABC):
 
     chords = True
     """Whether mismatches cost much less than their derivatives."""
+
+    undefined = SINGULAR
+    """Why mismatches may not be finite, as a clause."""
 
     slips_in_planes = False
     """Whether contacts change what they do on the way and some of them slip in any direction."""

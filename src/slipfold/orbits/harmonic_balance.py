@@ -188,8 +188,9 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
             before, multipliers = (
                 _multipliers(one, orbit.multipliers, own) for one in (coarse, fine)
             )
-            left_out = max(left_out, multiplier_difference(before, multipliers) / size)
-            if not left_out > BALANCE.spare * tolerance or count == most:
+            apart = multiplier_difference(before, multipliers) / size
+            left_out = float(np.max([left_out, apart]))  # NaN if it is not known
+            if left_out <= BALANCE.spare * tolerance or count == most:
                 break
     left_out = max(left_out, fine.rounding / size)
     apart = multiplier_difference(orbit.multipliers, multipliers)

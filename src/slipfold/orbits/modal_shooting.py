@@ -66,6 +66,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     """
 
     growing, chords = False, False
+    undefined = "the motions at contacts were not found on a mesh made for another orbit"
 
     def __init__(
         self,

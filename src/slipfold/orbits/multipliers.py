@@ -153,7 +153,7 @@ def multiplier_difference(values: Complex, others: Complex) -> float:
 
 def multiplier_differences(values: Complex, others: Complex) -> Array:
     """Return the distance of each multiplier from its counterpart, shape (n,)."""
-    if not np.isfinite(others).all():
+    if not (np.isfinite(values).all() and np.isfinite(others).all()):
         return np.full(len(values), np.nan)
     rest, distances = list(others), []
     for value in values:

@@ -159,6 +159,11 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Whether mismatches cost much less than their derivatives."""
         return self.orbits.by.chords
 
+    @property
+    def undefined(self) -> str:
+        """Why equations may have no finite values, as a clause."""
+        return self.orbits.by.undefined
+
     def point(self, correction: Correction, arclength: float) -> OrbitPoint:
         """Return a converged correction as a point.
 
