@@ -99,7 +99,7 @@ def test_a_normal_distribution_may_be_cut_off():
         ({**THRESHOLD, "steps": 3}, GRID, "compute has no entry 'steps'; there are what"),
         ({**THRESHOLD, "span": [0]}, GRID, "compute.span[1] is missing; give it"),
         ({**THRESHOLD, "span": [0, [1]]}, GRID, "compute.span[1] = [1] cannot be used: "),
-        ({**THRESHOLD, "span": [0, 0]}, GRID, "the span of Nd is empty"),
+        ({**THRESHOLD, "span": [0, 0]}, GRID, "the span of Nd from 0 to 0 is empty"),
         ({**THRESHOLD, "span": [0, "1kg"]}, GRID, "Nd = '1kg' has the unit 'kg'"),
         ({**THRESHOLD, "vary": "nd"}, GRID, "did you mean Nd?"),
         ({**THRESHOLD, "vary": "Nd"}, {"grid": {"Vd": [0.5], "V": [1]}}, "has no parameter 'V'"),

@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.long_term.search import Box, box_around, checked_box
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
-from slipfold.models.units import parse_quantity
+from slipfold.models.units import interval, parse_quantity
 from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.results.diagram import Labeled
 
@@ -63,36 +63,6 @@ def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], where: st
                 f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
                 f"give it once, in {where}"
             )
-
-
-def pair(given: Any, sentence: str) -> tuple[Any, Any]:
-    """Return both items of a pair; text is none, even of two letters."""
-    try:
-        items = tuple(given)
-    except TypeError:
-        items = ()
-    if isinstance(given, str) or len(items) != 2:
-        raise InputError(sentence)
-    return items[0], items[1]
-
-
-def interval(
-    parameter: Parameter, given: Any, what: str = "span", rising: bool = False
-) -> tuple[float, float]:
-    """Return two different values of a parameter, in SI units, or raise."""
-    unit, name = parameter.unit, parameter.name
-    ends = pair(
-        given,
-        f"the {what} of {name} is {given!r}, which is not a pair of numbers; give two values",
-    )
-    for end in ends:
-        if isinstance(end, bool | np.bool_):
-            raise InputError(f"the {what} of {name} holds {end}, which is not a number; give one")
-    first, last = (parameter.check(parse_quantity(end, unit, name)) for end in ends)
-    if first == last or (rising and first > last):
-        how = "the lower value first" if rising else "two different values"
-        raise InputError(f"the {what} of {name} from {first:g} to {last:g} is empty; give {how}")
-    return first, last
 
 
 def parse_values(parameter: Parameter, values: Values) -> ArrayLike:

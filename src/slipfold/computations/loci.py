@@ -13,12 +13,10 @@ from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
 from slipfold.bifurcations.loci.follow import follow_loci
-from slipfold.bifurcations.loci.window import Window, check_window, measured_across
+from slipfold.bifurcations.loci.window import Window, measured_across, parse_plane
 from slipfold.computations.arguments import (
     checked_model,
     checked_settings,
-    interval,
-    pair,
     refuse_varied,
 )
 from slipfold.declarations import documented
@@ -26,7 +24,6 @@ from slipfold.errors import InputError
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.options import (
-    Interval,
     LocusStart,
     LocusType,
     OrbitPeriods,
@@ -258,53 +255,6 @@ def _periods(given: Any) -> tuple[Any, ...]:
         if isinstance(item, bool | np.bool_):
             raise InputError(f"period = {item} is not a number of forcing periods; give 1 or 2")
     return items
-
-
-def parse_plane(
-    model: Model, vary: tuple[str, str], window: GivenWindow
-) -> tuple[tuple[str, str], Window]:
-    """Return the names of two parameters and the window in them, in SI units, or raise.
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> parse_plane(SlidingOscillator(), ("f", "Nd"), {"Nd": (0, "500mN"), "f": (13, 12)})
-    (('f', 'Nd'), ((12.0, 13.0), (0.0, 0.5)))
-    """
-    first, second = pair(
-        vary,
-        f'a locus is followed in two parameters, not in {vary!r}; give two names, e.g. ("f", "Nd")',
-    )
-    for name in (first, second):
-        if not isinstance(name, str):
-            raise InputError(
-                f'{name!r} is not the name of a parameter; give two names, e.g. ("f", "Nd")'
-            )
-        model.parameter(name)
-    if first == second:
-        raise InputError(f"{first} is given for both parameters; give two different ones")
-    if window is None:
-        raise InputError(
-            f"no window is given; give two values each for {first} and {second}, e.g. "
-            f"window={{{first!r}: (lower, upper), {second!r}: (lower, upper)}}"
-        )
-    ends = _in_order((first, second), window)
-    low, high = (
-        interval(model.variable_parameter(name), each, "window")
-        for name, each in zip((first, second), ends, strict=True)
-    )
-    return (first, second), check_window(model, (first, second), (low, high))
-
-
-def _in_order(
-    vary: tuple[str, str], window: Sequence[Interval] | Mapping[str, Interval]
-) -> tuple[Interval, Interval]:
-    expected = f"give two values each for {vary[0]} and {vary[1]}"
-    if not isinstance(window, Mapping):
-        example = "e.g. ((11.5, 13.5), (0, 0.98))"
-        return pair(window, f"window = {window!r} is not a pair of pairs; {expected}, {example}")
-    if set(window) != set(vary):
-        names = ", ".join(map(str, window)) or "nothing"
-        raise InputError(f"the window is given for {names}; {expected}")
-    return window[vary[0]], window[vary[1]]
 
 
 def corner_model(

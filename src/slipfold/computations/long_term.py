@@ -17,7 +17,6 @@ from slipfold.computations.arguments import (
     checked_model,
     checked_starts,
     equidistant,
-    pair,
     refuse_varied,
 )
 from slipfold.declarations import documented
@@ -26,6 +25,7 @@ from slipfold.flow.scales import measured
 from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
+from slipfold.models.units import pair
 from slipfold.options import (
     BasinPoints,
     Box,

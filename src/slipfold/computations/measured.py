@@ -12,13 +12,13 @@ from slipfold.computations.arguments import (
     Values,
     checked_forced,
     checked_model,
-    interval,
     parse_values,
 )
 from slipfold.declarations import documented
 from slipfold.errors import InputError, suggest
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
+from slipfold.models.units import interval
 from slipfold.options import (
     Bounds,
     Errors,

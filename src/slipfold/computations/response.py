@@ -26,7 +26,6 @@ from slipfold.computations.arguments import (
     checked_model,
     checked_point,
     checked_settings,
-    interval,
     parse_values,
     refuse_varied,
 )
@@ -36,7 +35,7 @@ from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.system import System
-from slipfold.models.units import parse_quantity
+from slipfold.models.units import interval, parse_quantity
 from slipfold.options import (
     Also,
     Cases,

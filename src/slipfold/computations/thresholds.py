@@ -15,7 +15,6 @@ from slipfold.computations.arguments import (
     checked_forced,
     checked_model,
     checked_point,
-    interval,
     parse_values,
     refuse_varied,
 )
@@ -24,7 +23,7 @@ from slipfold.errors import InputError, suggest
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
-from slipfold.models.units import parse_quantity
+from slipfold.models.units import interval, parse_quantity
 from slipfold.options import (
     Above,
     Choose,

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from slipfold.errors import InputError
+from slipfold.models.quantities import Parameter
 
 _UNITS: dict[str, dict[str, float]] = {
     "": {"%": 1e-2},
@@ -118,3 +122,33 @@ def _calculated(text: str, units: Mapping[str, float]) -> float | None:
         if not single and set(names_in(tree)) <= set(CONSTANTS):
             return float(value_of(tree, CONSTANTS)) * factor
     return None
+
+
+def pair(given: Any, sentence: str) -> tuple[Any, Any]:
+    """Return both items of a pair; text is none, even of two letters."""
+    try:
+        items = tuple(given)
+    except TypeError:
+        items = ()
+    if isinstance(given, str) or len(items) != 2:
+        raise InputError(sentence)
+    return items[0], items[1]
+
+
+def interval(
+    parameter: Parameter, given: Any, what: str = "span", rising: bool = False
+) -> tuple[float, float]:
+    """Return two different values of a parameter, in SI units, or raise."""
+    unit, name = parameter.unit, parameter.name
+    ends = pair(
+        given,
+        f"the {what} of {name} is {given!r}, which is not a pair of numbers; give two values",
+    )
+    for end in ends:
+        if isinstance(end, bool | np.bool_):
+            raise InputError(f"the {what} of {name} holds {end}, which is not a number; give one")
+    first, last = (parameter.check(parse_quantity(end, unit, name)) for end in ends)
+    if first == last or (rising and first > last):
+        how = "the lower value first" if rising else "two different values"
+        raise InputError(f"the {what} of {name} from {first:g} to {last:g} is empty; give {how}")
+    return first, last

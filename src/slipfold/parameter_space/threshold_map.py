@@ -20,6 +20,7 @@ from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
+from slipfold.models.units import interval
 from slipfold.parameter_space.batch import (
     FRACTIONS,
     BatchedThresholds,
@@ -159,7 +160,7 @@ def find_threshold_map(
     ((3, 2), {})
     """
     axes, values = _checked_grid(model, threshold, over)
-    first, last = _checked_span(model, threshold, span)
+    first, last = interval(model.parameter(threshold), span)
     if type not in TYPES:
         raise InputError(
             f"type = {type!r} cannot be mapped; give 'PD', or follow the bifurcation as a locus"
@@ -232,15 +233,6 @@ def _checked_values(model: Model, name: str, values: ArrayLike) -> Array:
     if len(repeated):
         raise InputError(f"{name} = {repeated[0]:g} occurs twice in over; give each value once")
     return checked
-
-
-def _checked_span(model: Model, name: str, span: tuple[float, float]) -> tuple[float, float]:
-    first, last = (model.parameter(name).check(float(value)) for value in span)
-    if first == last:
-        raise InputError(
-            f"the span of {name} from {first:g} to {last:g} is empty; give two different values"
-        )
-    return first, last
 
 
 # -- the search ----------------------------------------------------------------------------------

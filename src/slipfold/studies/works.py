@@ -26,7 +26,7 @@ from slipfold.long_term.search import ENDED, UNDECIDED, box_around, checked_box,
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION, Output, State
-from slipfold.models.units import parse_quantity
+from slipfold.models.units import interval
 from slipfold.options import (
     Box,
     ExponentPeriods,
@@ -139,11 +139,7 @@ def _named(fields: Sequence[CaseField], values: Iterable[Any]) -> dict[str, Valu
 def parsed_span(model: Model, name: str, span: Span) -> tuple[float, float]:
     """Return the ends of a span in which orbits are followed, in SI units."""
     check_followed(model)
-    parameter = model.variable_parameter(name)
-    first, last = (parameter.check(parse_quantity(end, parameter.unit, name)) for end in span)
-    if first == last:
-        raise InputError(f"the span of {name} is empty; give two different values")
-    return first, last
+    return interval(model.variable_parameter(name), span)
 
 
 class LossWork(Work):

@@ -38,6 +38,7 @@ from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
+from slipfold.models.units import interval
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
 
@@ -89,11 +90,7 @@ def _checked(
     model: Model, vary: str, span: tuple[float, float], events: Sequence[Event]
 ) -> tuple[Model, float, float]:
     parameter = model.parameter(vary)
-    first, last = (parameter.check(float(value)) for value in span)
-    if first == last:
-        raise InputError(
-            f"the span of {vary} from {first:g} to {last:g} is empty; give two different values"
-        )
+    first, last = interval(parameter, span)
     outputs = flow_of(model).output_names
     for event in events:
         if event.measure == "parameter":

@@ -22,7 +22,7 @@ from slipfold.bifurcations.loci.isolated import follow_isolated
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.loci.region_map import RegionMap
 from slipfold.bifurcations.loci.regions import map_regions
-from slipfold.bifurcations.loci.window import Plane, Window, check_window, measured_across
+from slipfold.bifurcations.loci.window import Plane, Window, measured_across, parse_plane
 from slipfold.errors import InputError
 from slipfold.flow.modes import MET, contacts_of
 from slipfold.models.model import Model
@@ -63,7 +63,7 @@ def find_bifurcation_set(
     followed unless it is known, and so are loci that start at points of codimension two. Where a
     response ends because a contact begins to stick, the grazing locus is followed.
     """
-    window = check_window(model, plane, window)
+    plane, window = parse_plane(model, plane, window)
     types, periods = check_requested(model, types, periods)
     if regions and not model.forced:
         raise InputError(

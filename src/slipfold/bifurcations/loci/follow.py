@@ -38,9 +38,9 @@ from slipfold.bifurcations.loci.start import (
 from slipfold.bifurcations.loci.window import (
     LocusLine,
     Window,
-    check_window,
     locus_progress,
     measured_across,
+    parse_plane,
 )
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
@@ -168,7 +168,7 @@ def follow_loci(
     if not points:
         return ()
     base = points[0].model
-    window = check_window(base, vary, window)
+    vary, window = parse_plane(base, vary, window)
     for point in points:
         _check_point(point, base, vary, window)
     largest = 2 * max(point.period for point in points)

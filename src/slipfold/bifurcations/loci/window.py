@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -14,39 +14,55 @@ from slipfold.bifurcations.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
+from slipfold.models.units import interval, pair
 from slipfold.progress import Observer, Progress
 
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Least and largest value of each of two parameters."""
 
 
-def check_window(model: Model, vary: tuple[str, str], window: Window) -> Window:
-    """Return a window with its ends in order, or raise if it cannot be used.
+def parse_plane(model: Model, vary: tuple[str, str], window: Any) -> tuple[tuple[str, str], Window]:
+    """Return the names of two parameters and the window in them, in SI units, or raise.
 
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> check_window(SlidingOscillator(), ("f", "Nd"), ((13, 12), (0, 0.9)))
-    ((12.0, 13.0), (0.0, 0.9))
+    >>> parse_plane(SlidingOscillator(), ("f", "Nd"), {"Nd": (0, "500mN"), "f": (13, 12)})
+    (('f', 'Nd'), ((12.0, 13.0), (0.0, 0.5)))
     """
-    try:
-        (first, second), ((a, b), (c, d)) = vary, window
-    except (TypeError, ValueError):
-        raise InputError(
-            f"a plane takes two parameters with two values each, not {vary!r} and {window!r}; "
-            'give e.g. vary=("f", "Nd"), window=((11.5, 13.5), (0, 0.98))'
-        ) from None
-    parameters = [model.variable_parameter(name) for name in (first, second)]
+    first, second = pair(
+        vary,
+        f'a locus is followed in two parameters, not in {vary!r}; give two names, e.g. ("f", "Nd")',
+    )
+    for name in (first, second):
+        if not isinstance(name, str):
+            raise InputError(
+                f'{name!r} is not the name of a parameter; give two names, e.g. ("f", "Nd")'
+            )
+        model.parameter(name)
     if first == second:
         raise InputError(f"{first} is given for both parameters; give two different ones")
-    spans = []
-    for parameter, ends in zip(parameters, ((a, b), (c, d)), strict=True):
-        low, high = sorted(parameter.check(value) for value in ends)
-        if low == high:
-            raise InputError(
-                f"the window of {parameter.name} from {low:g} to {high:g} is empty; give two "
-                "different values"
-            )
-        spans.append((low, high))
-    return spans[0], spans[1]
+    if window is None:
+        raise InputError(
+            f"no window is given; give two values each for {first} and {second}, e.g. "
+            f"window={{{first!r}: (lower, upper), {second!r}: (lower, upper)}}"
+        )
+    ends = _in_order((first, second), window)
+    spans = [
+        interval(model.variable_parameter(name), each, "window")
+        for name, each in zip((first, second), ends, strict=True)
+    ]
+    (a, b), (c, d) = map(sorted, spans)
+    return (first, second), ((a, b), (c, d))
+
+
+def _in_order(vary: tuple[str, str], window: Any) -> tuple[Any, Any]:
+    expected = f"give two values each for {vary[0]} and {vary[1]}"
+    if not isinstance(window, Mapping):
+        example = "e.g. ((11.5, 13.5), (0, 0.98))"
+        return pair(window, f"window = {window!r} is not a pair of pairs; {expected}, {example}")
+    if set(window) != set(vary):
+        names = ", ".join(map(str, window)) or "nothing"
+        raise InputError(f"the window is given for {names}; {expected}")
+    return window[vary[0]], window[vary[1]]
 
 
 def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Model:

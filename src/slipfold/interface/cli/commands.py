@@ -312,7 +312,7 @@ PLANE = Reader(
 def _read_values(texts: Values, values: Values) -> Values:
     import numpy as np
 
-    from slipfold.computations.arguments import interval
+    from slipfold.models.units import interval
 
     ((name, span),) = read_varied(texts, 1).items()
     ends = interval(values["model"].variable_parameter(name), span)

@@ -85,7 +85,8 @@ def locus(
 ) -> LocusDiagram:
     """Follow the loci in a window of a model, or those from the points of a saved response."""
     from slipfold.bifurcations.loci.bifurcation_set import PERIODS
-    from slipfold.computations.loci import bifurcation_set, parse_plane
+    from slipfold.bifurcations.loci.window import parse_plane
+    from slipfold.computations.loci import bifurcation_set
     from slipfold.computations.loci import locus as follow
 
     name = given["model"]
