@@ -32,6 +32,8 @@ class ScaleSettings:
     # several, since two evaluations may round alike
     changes: tuple[float, ...] = (2.0**-46, -(2.0**-45), 2.0**-44, -(2.0**-43))
     cancelled: float = 0.1  # change, over the size, of a derivative that is a rounding error
+    # Motion, over the largest of a state of the same unit, that is one: where symmetry forbids it
+    unmoved: float = 1e-13
 
 
 SCALES = ScaleSettings()
@@ -216,6 +218,7 @@ def measured(
     if np.isnan(sizes).any():
         resting = np.fmax.reduce([look.resting for look in looks])
         sizes = np.where(np.isnan(sizes), resting, sizes)
+        sizes = np.where(np.isnan(sizes), looks[0].alike(sizes), sizes)
         sizes = np.where(np.isnan(sizes), looks[0].ratios, sizes)
     return model.with_scales(power_of_two(np.array([sizes, looks[0].equalized(sizes)])))
 
@@ -301,7 +304,8 @@ class _View:
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
         # A slow forcing moves displacements only; the velocities belong to faster vibrations.
         sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
-        return np.where(largest > SCALES.rounding * still, sizes, np.nan)
+        symmetric = self._in_group(reached) <= SCALES.unmoved * self.alike(reached)
+        return np.where((largest > SCALES.rounding * still) & ~symmetric, sizes, np.nan)
 
     @cached_property
     def bent(self) -> Array:
@@ -317,6 +321,12 @@ class _View:
         """Scales of the state of rest, where it is not zero."""
         away = self._in_group(np.maximum(np.abs(self.rest), np.abs(self.start)) / self.ratios)
         return self.ratios * np.where(away > 0, away, np.nan)
+
+    def alike(self, sizes: Array) -> Array:
+        """Return the largest size of the states of the same unit, NaN where none is known."""
+        _, units = np.unique([item.unit for item in self.model.states], return_inverse=True)
+        largest = largest_in(units, np.nan_to_num(sizes))
+        return np.where(largest > 0, largest, np.nan)
 
     def equalized(self, sizes: Array) -> Array:
         """Return the scales for steps under forcing: modes of equal energy have the same.
@@ -440,8 +450,8 @@ class _View:
 
 
 def _changes(values: Array, relative: float) -> Array:
-    """Return factors near one, different for neighbors. Shapes: values (n,)."""
-    return 1.0 + relative * np.resize([1.0, -2.0, 3.0, -5.0, 7.0], len(values))
+    """Return factors near one, no two of them equal. Shapes: values (n,)."""
+    return 1.0 + relative * 8 * np.cos(np.arange(1, len(values) + 1))
 
 
 def _largest(values: Array) -> float:
