@@ -3,7 +3,9 @@
 import csv
 import io
 import json
+import re
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from slipfold.interface.cli.reading import equations_file, find_model
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import ExportRequest
+from slipfold.models.registry import built_in_models, model_of_text
 
 VALUES = {"f": 12.2, "Vd": 0.1 + 0.5}
 DIAGRAM = diagram(parameters={**VALUES, "Nd": 0.5}, span=[0, 0.3], show="y", statistic="modulus")
@@ -134,6 +137,34 @@ def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):
     assert find_model(str(tmp_path / "case.toml"), {}) == model.replace(mu_k=0.4)
     names = run_python(export(view, "python").decode(), tmp_path, monkeypatch)
     assert names["model"] == model.replace(mu_k=0.4)
+
+
+FILES = Path(__file__).parent.glob("models/*.toml")
+MODELS = dict.fromkeys(built_in_models()) | {item.stem: item for item in sorted(FILES)}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_copies_of_every_model_give_its_numbers_to_all_digits(name, tmp_path, monkeypatch, capsys):
+    text = MODELS[name].read_text() if MODELS[name] else None
+    model = built_in_models()[name]() if text is None else model_of_text(text)
+    changed = model.replace(**{item.name: 0.97 * model.values[item.name] for item in small(model)})
+    values = {item.name: changed.values[item.name] for item in model.variable_parameters}
+    view = {**SIMULATION, "model": name, "text": text, "parameters": values, "periods": 2}
+    view |= {"start": "rest", "perturbation": {model.states[0].name: 1e-9}}
+    export = exporting(None)
+    names = run_python(export(view, "python").decode(), tmp_path, monkeypatch)
+    assert names["model"] == changed
+    (tmp_path / "saved.nc").write_bytes(export(view, "nc"))
+    np.testing.assert_array_equal(names["solution"].states, sf.load(tmp_path / "saved.nc").states)
+    case = export(view, "toml").decode()
+    (tmp_path / "case.toml").write_text(case)
+    sets = re.findall(r"--set (\w+)=(\S+)", case.splitlines()[0])
+    assert find_model(str(tmp_path / "case.toml"), dict(sets)) == changed
+
+
+def small(model):
+    """Parameters that may be made smaller by some per cent."""
+    return [item for item in model.variable_parameters[:3] if item.lower <= 0]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,7 @@
-"""Every built-in model goes through every panel."""
+"""Every built-in model, and models of a user's kind, go through every panel and every way out."""
+
+from pathlib import Path
+from urllib.parse import urlencode
 
 import pytest
 from playwright.sync_api import expect
@@ -10,6 +13,9 @@ UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent
 """Whether the server has taken the request for the plane: it tells of progress, or is done."""
 
 
+FILES = {item.stem: item for item in sorted(Path(__file__).parents[1].glob("models/*.toml"))}
+"""Two that nothing forces, ten masses, friction with memory, a stiff one."""
+
 OFTEN = ("sliding", "vanderpol", "stuart-landau", "steady-sliding", "chain")
 """Forced in a plane and on a line, a cycle, an equilibrium that squeals, a chain of masses."""
 
@@ -18,12 +24,15 @@ OFTEN = ("sliding", "vanderpol", "stuart-landau", "steady-sliding", "chain")
     "name",
     [
         pytest.param(name, marks=[] if name in OFTEN else pytest.mark.long)
-        for name in sf.built_in_models()
+        for name in (*sf.built_in_models(), *FILES)
     ],
 )
 def test_every_model_goes_through_every_panel(explorer, name):
     page = explorer.page
-    explorer.open(f"model={name}")
+    own = FILES.get(name)
+    explorer.open(
+        urlencode({"model": f"own {name}", "text": own.read_text()} if own else {"model": name})
+    )
     alert = page.get_by_role("alert")
     expect(alert).to_have_count(0)
     assert explorer.traces()
@@ -42,6 +51,32 @@ def test_every_model_goes_through_every_panel(explorer, name):
         plane.click()
     expect(page.locator(PLANE)).to_be_hidden()
     assert alert.all_inner_texts() == []
+    ways_out = [] if name in OFTEN else ["diagram", "orbit", "simulation"]
+    for panel in ways_out:
+        leave(page, panel)
+    assert alert.all_inner_texts() == []
+
+
+def leave(page, panel):
+    """Take every way out of a panel."""
+    menu = page.locator(f"#{panel} .menu")
+
+    def choose(item):
+        page.get_by_label(f"Export the {panel}").first.click()
+        menu.get_by_text(item, exact=True).click()
+
+    for item in ("PNG", "SVG", "CSV", "netCDF"):
+        with page.expect_download() as waiting:
+            choose(item)
+        assert waiting.value.path().stat().st_size > 100
+    for item in ("Copy as Python", *(["Copy as TOML"] if panel != "orbit" else [])):
+        choose(item)
+        dialog = page.locator(".text-dialog")
+        expect(dialog).to_be_visible()
+        text = dialog.locator("pre").inner_text()
+        if item == "Copy as Python":
+            compile(text, "copied.py", "exec")
+        dialog.get_by_role("button", name="Close").click()
 
 
 def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):

@@ -98,7 +98,7 @@ export class ModelEditor {
   /** The button that opens it. */
   opener = element("button", {
     type: "button", class: "tool", "aria-label": "Edit the model", title: "Edit the model", "aria-expanded": "false",
-    on: { click: () => (this.node.open ? this.close() : this.open()) },
+    on: { click: () => (this.node.hidden ? this.open() : this.close()) },
   }, icon(PEN));
   #session;
   #say;
@@ -126,8 +126,8 @@ export class ModelEditor {
     this.#session = session;
     this.#say = say;
     const button = (text, act) => element("button", { type: "button", on: { click: act } }, text);
-    this.node = element("dialog", {
-      class: "editor", id: "editor", "aria-labelledby": "editor-heading",
+    this.node = element("section", {
+      class: "editor", id: "editor", hidden: true, "aria-labelledby": "editor-heading",
       on: {
         dragover: (event) => event.preventDefault(),
         drop: (event) => this.#drop(event),
@@ -139,12 +139,12 @@ export class ModelEditor {
       element("button", { type: "button", class: "quiet close", "aria-label": "Close the editor", on: { click: () => this.close() } }, icon(CROSS))),
     element("div", { class: "lined" }, this.#lines, this.#text), this.#fault,
     element("div", { class: "actions" }, this.#state, this.#apply), this.#file);
-    session.store.changed.subscribe(() => this.node.open && this.#follow());
+    session.store.changed.subscribe(() => this.node.hidden || this.#follow());
   }
 
   /** Open the panel with the text of the model. */
   async open() {
-    this.node.show();
+    this.node.hidden = false;
     this.opener.setAttribute("aria-expanded", "true");
     await this.#follow();
     this.#text.focus();
@@ -152,7 +152,7 @@ export class ModelEditor {
 
   /** Close the panel; what was not applied stays in it. */
   close() {
-    this.node.close();
+    this.node.hidden = true;
     this.opener.setAttribute("aria-expanded", "false");
     this.opener.focus();
   }
