@@ -99,6 +99,26 @@ def test_views_of_a_torus_follow_what_is_chosen(explorer):
     expect(motion).to_be_hidden()
 
 
+def test_a_sweep_is_drawn_as_it_comes_and_stays_when_it_is_stopped(explorer):
+    page = explorer.open("model=duffing&span=0.8~1.4").page
+    page.get_by_role("button", name="Sweep up and down").click()
+    up = page.locator(".sweep-layer .up")
+    page.wait_for_function("() => document.querySelector('.sweep-layer .up').dataset.count >= 10")
+    page.get_by_role("button", name="Stop the sweep").click()
+    expect(page.locator(".sweep-control [role=status]")).to_have_text("Stopped.")
+    count = int(up.get_attribute("data-count"))
+    assert up.get_attribute("d").count("M") == count >= 10
+    # From rest at the lower end: the first arrow points at its place on the curve.
+    left, top = map(float, re.match(r"M([\d.]+) ([\d.]+)l", up.get_attribute("d")).groups())
+    box = page.locator(DIAGRAM).bounding_box()
+    x, y = explorer.traces()[0]["x"][0], explorer.traces()[0]["y"][0]
+    at = explorer.pixel(x, y)
+    assert abs(box["x"] + left + 3.2 - at[0]) < 3
+    assert abs(box["y"] + top + 3.2 - at[1]) < 3
+    explorer.type("F", 0.19)
+    expect(up).to_have_attribute("data-count", "0")
+
+
 def test_from_an_orbit_nudged_off_it_and_cleared(explorer):
     explorer.open("model=sliding&p.Nd=0.02")
     explorer.orbit_shown(1)

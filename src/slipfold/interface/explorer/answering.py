@@ -32,6 +32,7 @@ from slipfold.interface.explorer.motions import send_motion
 from slipfold.interface.explorer.pictures import send_basins, send_regimes
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
 from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.sweeps import send_sweep
 from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
     Solutions,
@@ -212,6 +213,7 @@ STREAMS: Mapping[str, Callable[..., None]] = {
     "exponents": send_exponents,
     "basins": send_basins,
     "regimes": send_regimes,
+    "sweep": send_sweep,
 }
 """What answers a request by more than one view of its model."""
 

@@ -102,6 +102,23 @@ class DiagramRequest(_ResponseRequest):
     statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
 
 
+class SweepRequest(_ResponseRequest):
+    """A motion followed along a parameter, each value from the last state of the one before."""
+
+    rank: ClassVar[int] = 3
+    seconds: ClassVar[float] = 600.0
+    slow: ClassVar[bool] = True
+
+    kind: Literal["sweep"]
+    show: Name
+    statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
+    points: Annotated[int, Field(ge=2, le=500, strict=True)] = 120
+    runs: Annotated[tuple[Literal["up", "down"], ...], Field(min_length=1, max_length=2)] = (
+        "up",
+        "down",
+    )
+
+
 class OnBranch(_Message):
     """A point on a branch of a diagram."""
 
@@ -236,7 +253,15 @@ class CancelRequest(_Request):
 
     kind: Literal["cancel"]
     of: Literal[
-        "diagram", "orbit", "plane", "simulation", "motion", "exponents", "basins", "regimes"
+        "diagram",
+        "orbit",
+        "plane",
+        "simulation",
+        "motion",
+        "sweep",
+        "exponents",
+        "basins",
+        "regimes",
     ]
 
 
@@ -251,6 +276,7 @@ _View = (
     | PlaneRequest
     | SimulationRequest
     | MotionRequest
+    | SweepRequest
     | ExponentsRequest
     | BasinsRequest
     | RegimesRequest

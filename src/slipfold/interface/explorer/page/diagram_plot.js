@@ -9,6 +9,7 @@ import {
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
+import { SweepLayer, sweepTraces } from "./sweep.js";
 import { LIGHT, colors, themeChanged } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 
@@ -38,6 +39,8 @@ export class DiagramPlot {
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
   #measurements;
+  #sweep;
+  #sweepLayer = new SweepLayer();
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
@@ -48,15 +51,17 @@ export class DiagramPlot {
   #painted = 0;
   #pressed = null;
 
-  constructor(session, measurements) {
+  constructor(session, measurements, sweep) {
     this.#session = session;
     this.#measurements = measurements;
-    this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip,
+    this.#sweep = sweep;
+    this.node.append(this.#canvas, this.#sweepLayer.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting, this.#draft);
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
     measurements.changed.subscribe(() => this.#schedule());
+    sweep.changed.subscribe(() => this.#drawSweep());
     session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
@@ -85,7 +90,8 @@ export class DiagramPlot {
   /** The figure as plotly's data and layout, for a file: with a legend and on white. */
   figure() {
     const { diagram, names } = this.#drawn;
-    const traces = this.#traces(diagram, (name) => LIGHT[name] ?? "#000000");
+    const color = (name) => LIGHT[name] ?? "#000000";
+    const traces = [...this.#traces(diagram, color), ...sweepTraces(this.#sweep.runs, factors(diagram), color)];
     for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
     const sheet = structuredClone(this.#canvas.layout);
     const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
@@ -122,6 +128,7 @@ export class DiagramPlot {
       { title: escaped(title.y), range: range.y }, size);
     const plotted = window.Plotly.react(this.#canvas, this.#traces(diagram, color), sheet, CONFIG);
     this.#place();
+    this.#drawSweep();
     await plotted;
     this.#listenToPlot();
     requestAnimationFrame(() => this.#tellPainted(number, diagram));
@@ -210,6 +217,7 @@ export class DiagramPlot {
       for (const branch of answer.branches) yield* branch.y;
     }
     yield* this.#simulated?.y ?? [];
+    yield* this.#sweep.places.map(({ y }) => y);
     yield* measurementValues(this.#measured(diagram), this.#session.view.span);
   }
 
@@ -229,6 +237,17 @@ export class DiagramPlot {
     this.#words.textContent = connection.isAlive
       ? "Computing the response…" : "Not computed: there is no connection.";
     this.#draft.hidden = isSettled || !diagram?.draft;
+  }
+
+  /** Draw the places of a sweep; plotly is asked only where they need another range. */
+  #drawSweep() {
+    if (!this.#drawn) return;
+    const { diagram, map } = this.#drawn;
+    const [fx, fy] = factors(diagram);
+    this.#sweepLayer.draw(this.#sweep.runs, map, [fx, fy]);
+    const [low, high] = this.#sight.y;
+    const isBeyond = this.#sweep.places.some(({ y }) => y * fy < low || y * fy > high);
+    if (isBeyond && !this.#session.view.zoom && !this.#frame) this.#schedule();
   }
 
   /** Move what marks the working point. */

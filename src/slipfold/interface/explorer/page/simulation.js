@@ -7,6 +7,7 @@ import { MotionPanel } from "./motion.js";
 import { axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Signal } from "./store.js";
+import { SweepControl } from "./sweep.js";
 import { diagramRequest, exponentsRequest, simulationRequest } from "./view.js";
 
 const PERIODS = 600;
@@ -323,7 +324,7 @@ export class SimulationPanel {
   #drawn = [];
   #longer;
 
-  constructor(session, simulation, diagram, orbits) {
+  constructor(session, simulation, sweep, diagram, orbits) {
     this.#session = session;
     this.#simulation = simulation;
     this.#perturbation.value = "0.01";
@@ -343,7 +344,8 @@ export class SimulationPanel {
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
         element("label", { class: "choice" }, element("span", {}, "perturbed by"), this.#perturbation),
         this.#stop, this.#clear),
-      element("div", { class: "ending" }, this.#verdict, this.#more), new Exponents(session, simulation).node, this.#plot.node, this.#motion.node,
+      element("div", { class: "ending" }, this.#verdict, this.#more), new Exponents(session, simulation).node,
+      new SweepControl(sweep).node, this.#plot.node, this.#motion.node,
       this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {

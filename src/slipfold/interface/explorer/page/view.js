@@ -71,6 +71,11 @@ export function diagramRequest(view, parameters = view.parameters) {
   return { kind: "diagram", model, parameters: without(parameters, vary), vary, span, show, statistic };
 }
 
+/** The request for a motion that is swept along the diagram of a view. */
+export function sweepRequest(view) {
+  return { ...diagramRequest(view), kind: "sweep" };
+}
+
 /** The request for an orbit on the diagram of a view. */
 export function orbitRequest(view, { branch, arclength, x, isTurn = false, special }) {
   const { model, vary, span } = view;

@@ -1,0 +1,166 @@
+/** A motion that is followed up and down the diagram, and what is drawn of it. */
+
+import { element, set, svg } from "./dom.js";
+import { withUnit } from "./quantities.js";
+import { Signal } from "./store.js";
+import { sweepRequest } from "./view.js";
+
+const RUNS = ["up", "down"];
+
+/** Half the size of an arrow in pixels, and where one value has more than some. */
+const ARROW = { size: 3.2, small: 1.7, few: 3 };
+
+export class Sweep {
+  /** Announces nothing: something has come, or all is gone. */
+  changed = new Signal();
+  /** Places by run, in SI units: one value of the parameter may have several. */
+  runs = nothing();
+  isRunning = false;
+  words = "";
+  #session;
+  #key = "";
+
+  constructor(session) {
+    this.#session = session;
+    session.store.changed.subscribe(({ view }) => {
+      if (this.#key && keyOf(view) !== this.#key) this.clear();
+    });
+    session.failed.subscribe(({ kind, sentence }) => kind === "sweep" && sentence && this.#rest(sentence));
+    session.connection.changed.subscribe(({ state }) => {
+      if (this.isRunning && state !== "open") this.stop();
+    });
+  }
+
+  /** All places, in the order in which they came. */
+  get places() {
+    return RUNS.flatMap((run) => this.runs[run]);
+  }
+
+  /** Follow the motion up from rest, then down. */
+  start() {
+    const { view, requests, failed } = this.#session;
+    this.runs = nothing();
+    this.#key = keyOf(view);
+    this.isRunning = true;
+    this.#tell("Sweeping up…");
+    const onError = (sentence, again) => failed.announce(
+      { kind: "sweep", sentence, again: again ? () => this.start() : null });
+    failed.announce({ kind: "sweep", sentence: null });
+    requests.ask(sweepRequest(view), { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+  }
+
+  /** Stop; what has come stays. */
+  stop() {
+    this.#session.requests.cancel("sweep");
+    this.#rest("Stopped.");
+  }
+
+  /** Forget it. */
+  clear() {
+    this.#session.requests.cancel("sweep");
+    this.#session.failed.announce({ kind: "sweep", sentence: null });
+    this.runs = nothing();
+    this.#key = "";
+    this.#rest("");
+  }
+
+  #take({ run, x, y, done, ends }) {
+    if (done) {
+      const sentences = Object.entries(ends).map(([name, reason]) => `Swept ${name}, it ended: ${reason}.`);
+      this.#rest(sentences.join(" ") || "Swept up and down.");
+      return;
+    }
+    const size = y.length > ARROW.few ? ARROW.small : ARROW.size;
+    this.runs[run].push(...y.map((value) => ({ x, y: value, size })));
+    const vary = this.#session.quantity(this.#session.view.vary);
+    this.#tell(`Sweeping ${run}: ${vary.label ?? vary.name} = ${withUnit(vary, x)}…`);
+  }
+
+  #rest(words) {
+    this.isRunning = false;
+    this.#tell(words);
+  }
+
+  #tell(words) {
+    this.words = words;
+    this.changed.announce();
+  }
+}
+
+function nothing() {
+  return { up: [], down: [] };
+}
+
+/** What the places of a sweep belong to. */
+function keyOf(view) {
+  return JSON.stringify(sweepRequest(view));
+}
+
+/** The sweep above the curves: two paths of arrows, however many places there are. */
+export class SweepLayer {
+  /** The element to put on the plot. */
+  node = svg("svg", { class: "sweep-layer", "aria-hidden": "true" });
+  #paths = Object.fromEntries(RUNS.map((run) => [run, svg("path", { class: `sweep ${run}` })]));
+
+  constructor() {
+    this.node.append(...Object.values(this.#paths));
+  }
+
+  /**
+   * @param {{toPixel: Function, isInside: Function}} map of the plot
+   * @param {[number, number]} factors of both axes
+   */
+  draw(runs, map, [fx, fy]) {
+    for (const run of RUNS) {
+      const ahead = run === "up" ? 1 : -1;
+      const places = runs[run].map(({ x, y, size }) => [size, ...map.toPixel(x * fx, y * fy)])
+        .filter(([, ...at]) => map.isInside(...at));
+      const arrows = places.map(([size, x, y]) =>
+        `M${(x - ahead * size).toFixed(1)} ${(y - size).toFixed(1)}l${2 * ahead * size} ${size}l${-2 * ahead * size} ${size}z`);
+      set(this.#paths[run], { d: arrows.join(""), "data-count": places.length });
+    }
+  }
+}
+
+/** The same as traces of plotly, for a file. */
+export function sweepTraces(runs, [fx, fy], color) {
+  const tints = { up: color("simulation"), down: color("pin-2") };
+  return RUNS.filter((run) => runs[run].length).map((run) => ({
+    type: "scatter", mode: "markers", name: `sweep ${run}`, x: runs[run].map(({ x }) => x * fx), y: runs[run].map(({ y }) => y * fy),
+    marker: { color: tints[run], size: runs[run].map(({ size }) => 2 * size), symbol: run === "up" ? "triangle-right" : "triangle-left" },
+  }));
+}
+
+export class SweepControl {
+  /** The element to put on the page. */
+  node;
+  #sweep;
+  #start;
+  #stop;
+  #clear;
+  #words = element("p", { role: "status" });
+
+  constructor(sweep) {
+    this.#sweep = sweep;
+    const button = (text, click, kind = "") => element("button", { type: "button", class: kind, on: { click } }, text);
+    this.#start = button("Sweep up and down", () => sweep.start());
+    this.#start.title = "Follow the motion along the diagram, each value from the last state of the one before";
+    this.#stop = button("Stop the sweep", () => sweep.stop(), "quiet");
+    this.#clear = button("Clear the sweep", () => sweep.clear(), "quiet");
+    const keys = RUNS.map((run) => element("span", { class: `key sweep ${run}` }, run));
+    this.node = element("div", { class: "sweep-control" },
+      element("div", { class: "sentence" }, this.#start, ...keys, this.#stop, this.#clear), this.#words);
+    sweep.changed.subscribe(() => this.#show());
+    this.#show();
+  }
+
+  #show() {
+    const { isRunning, words, places } = this.#sweep;
+    const isAny = places.length > 0;
+    this.#stop.hidden = !isRunning;
+    this.#clear.hidden = isRunning || !isAny;
+    for (const key of this.node.querySelectorAll(".key")) key.hidden = !isAny;
+    this.#words.textContent = words;
+    this.node.dataset.state = isRunning ? "running" : isAny ? "done" : "none";
+  }
+}

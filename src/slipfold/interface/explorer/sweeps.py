@@ -1,0 +1,92 @@
+"""Motions followed up and down a parameter, value by value as they are known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.computations.arguments import equidistant
+from slipfold.errors import InputError
+from slipfold.flow.equilibrium import with_duration
+from slipfold.flow.flow import flow_of
+from slipfold.flow.simulate import simulate
+from slipfold.flow.trajectory import Trajectory
+from slipfold.interface.explorer.messages import SweepRequest
+from slipfold.interface.explorer.plain import Check, Emit, axis_of, short
+from slipfold.interface.explorer.settings import PAGE
+from slipfold.long_term.classification import reached
+from slipfold.models.model import Model
+from slipfold.progress import Progress
+
+ROUND = 4
+"""Intervals of an unforced motion that hold a round of it, as a simulation is drawn."""
+
+PARTS = (64, 128, 256)
+"""Periods that a motion has to settle in, one number after the other until it has."""
+
+KEPT = 16
+"""Periods at the end of which extremes are drawn: of a response above 8 and of chaos, a few."""
+
+SAME = 1e-5
+"""Distance, over the largest extreme, below which two are drawn as one."""
+
+
+def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) -> None:
+    """Follow a motion up the span, then down from where it is; send each value when it is known.
+
+    A run ends where the motion meets a limit of the model; the next one begins from the last state
+    before.
+    """
+    axis_of(model, request.show)  # before what takes time
+    values = equidistant(model.variable_parameter(request.vary), request.span, request.points)
+    state, ends = model.start, dict[str, str]()
+    if not model.forced:
+        model = with_duration(model.replace(**{request.vary: values[0]}), state, None)[0]
+    for run in request.runs:
+        for value in values if run == "up" else values[::-1]:
+            known = _followed(model, {request.vary: float(value)}, state, check)
+            if isinstance(known, str):
+                ends[run] = known
+                break
+            state = known.states[-1]
+            send({"run": run, "x": float(value), "y": _shown(known, request), "done": False})
+    send({"ends": ends, "done": True})
+
+
+def _followed(
+    model: Model, changes: dict[str, float], state: NDArray[np.float64], check: Check
+) -> Trajectory | str:
+    """Return the end of the motion at one value, or why there is none. Shapes: state (n,)."""
+
+    def watch(progress: Progress) -> None:
+        check()
+
+    for periods in PARTS:
+        try:
+            result = simulate(model.replace(**changes), periods, state, observer=watch)
+        except InputError as error:
+            return str(error)
+        if result.stopped is not None:
+            return result.stopped.reason
+        if result.settlement.settled:
+            break
+        state = result.states[-1]
+    return result
+
+
+def _shown(trajectory: Trajectory, request: SweepRequest) -> list[float]:
+    """Return extremes of an output in the last periods, each once."""
+    each, column = PAGE.samples, flow_of(trajectory.model).output_index(request.show)
+    if trajectory.settlement.duration is not None:
+        round_ = trajectory.steady_outputs(1, 4 * each)[:, column]
+        rows = np.append(round_, round_[:1])[None]
+    else:
+        # One period more: the extreme of a period may lie between its last sample and the next.
+        samples = trajectory.sampled(-KEPT - 1, None, each)[1].outputs()[:, column]
+        width = each * (1 if trajectory.model.forced else ROUND)
+        begins = np.arange(0, len(samples) - width, width)
+        rows = samples[np.add.outer(begins, np.arange(width + 1))]
+    extremes = reached(rows, request.statistic)
+    values = np.sort(short(extremes[np.isfinite(extremes)]))
+    apart = np.diff(values, prepend=-np.inf) > SAME * np.abs(values).max(initial=0.0)
+    return [float(value) for value in values[apart]]

@@ -1,0 +1,50 @@
+"""A motion is followed up and down the span of a diagram."""
+
+import pytest
+
+import slipfold as sf
+from helpers.dry_friction import belt
+from slipfold.interface.explorer.messages import SweepRequest
+from slipfold.interface.explorer.sweeps import send_sweep
+
+
+def swept(model, vary, span, **options):
+    request = SweepRequest(
+        kind="sweep", id=1, model=model.name, vary=vary, span=span, show=model.states[0].name,
+        **options,
+    )  # fmt: skip
+    pieces = []
+    send_sweep(model, request, pieces.append, lambda: None)
+    assert [piece["done"] for piece in pieces] == [False] * (len(pieces) - 1) + [True]
+    runs = {run: {} for run in request.runs}
+    for piece in pieces[:-1]:
+        runs[piece["run"]][piece["x"]] = piece["y"]
+    return runs, pieces[-1]["ends"]
+
+
+def test_its_runs_are_those_of_sweep():
+    model = sf.SlidingOscillator(f=12.2)
+    runs, ends = swept(model, "Nd", (0.15, 0.05), points=5)
+    assert ends == {}
+    result = sf.sweep(model, "Nd", (0.05, 0.15), points=5, starts=0)
+    assert list(runs["up"]) == result.values.tolist()
+    assert list(runs["down"]) == result.values[::-1].tolist()
+    for run in ("up", "down"):
+        assert [len(runs[run][value]) for value in result.values] == result.repeats(run).tolist()
+    state = dict(zip(["x", "y", "vx", "vy"], result.states[0, 0, -1], strict=True))
+    extrema = sf.periodic_orbit(model.replace(Nd=0.05), 1, state).extrema
+    assert runs["up"][0.05] == pytest.approx([extrema.maximum[0][0]], rel=1e-5)
+
+
+def test_a_belt_that_is_made_faster_ends_its_stick_and_slip_later_than_it_begins():
+    model = belt(sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.4), damping=0.05)
+    runs, ends = swept(model, "Vd", (0.2, 3.0), points=8)
+    assert ends == {}
+    apart = [v for v in runs["up"] if max(runs["up"][v]) > 1.2 * max(runs["down"][v])]
+    assert apart == [1.0, 1.4]
+
+
+def test_a_run_ends_where_the_model_does():
+    runs, ends = swept(sf.SlidingOscillator(f=12.5), "Nd", (0.9, 1.4), points=6)
+    assert set(ends) == {"up", "down"}
+    assert len(runs["up"]) < 6
