@@ -72,6 +72,8 @@ from slipfold.models.structures.forcing import BaseMotion as BaseMotion
 from slipfold.models.structures.forcing import HarmonicForce as HarmonicForce
 from slipfold.models.structures.forcing import MultiHarmonicForce as MultiHarmonicForce
 from slipfold.models.structures.forcing import TabulatedForce as TabulatedForce
+from slipfold.models.structures.mesh import Mesh as Mesh
+from slipfold.models.structures.mesh import MeshShapes as MeshShapes
 from slipfold.models.structures.reduction import CraigBampton as CraigBampton
 from slipfold.models.structures.reduction import FreeInterface as FreeInterface
 from slipfold.models.structures.reduction import ModalReduction as ModalReduction

@@ -22,6 +22,7 @@ FIGURES: Mapping[str, Mapping[str, str]] = {
     "FrictionLaw": {"coefficient": "contacts.draw_friction"},
     "LocusDiagram": {"loci": "loci.draw_loci"},
     "MeasurementPlan": {"plan": "response.draw_plan"},
+    "MeshShapes": {"shape": "shapes.draw_shape"},
     "RegimeMap": {"regimes": "maps.draw_regimes"},
     "Simulation": {
         "timeseries": "trajectories.draw_timeseries",

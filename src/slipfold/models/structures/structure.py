@@ -24,6 +24,8 @@ from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
 from slipfold.models.structures.cyclic import Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
+from slipfold.models.structures.matrices import frequencies_of, lowest_modes
+from slipfold.models.structures.mesh import Mesh, MeshShapes
 from slipfold.models.structures.modal import modal_form_of
 from slipfold.models.structures.outputs import outputs_of
 from slipfold.models.structures.reduction import ReductionReport
@@ -405,6 +407,55 @@ class Structure(MechanicalModel):
         if self._assembly.stiffening:
             return self._assembly.frequencies_with(self.stiffness_matrix)
         return self._assembly.frequencies.copy()
+
+    def shapes(self, mesh: Mesh, states: Any = None, modes: int = 6) -> MeshShapes:
+        """Return shapes of the structure on a mesh.
+
+        A reduced structure shows all of its degrees of freedom.
+
+        Parameters
+        ----------
+        mesh
+            Nodes and elements.
+        states
+            States of a motion, shape (k, n_states), such as ``orbit.sample(8)[1]``; None for the
+            undamped modes of the matrices without elements.
+        modes
+            How many modes, lowest first.
+
+        Returns
+        -------
+        MeshShapes
+            Displacements in m; the largest one of a mode along an axis is 1.
+
+        Raises
+        ------
+        InputError
+            If no degree of freedom is that of a node, or the states have another number.
+        """
+        assembly = self._assembly
+        names = assembly.definition.names
+        rows = mesh.rows(names)
+        if states is None:
+            squares, few = lowest_modes(self.stiffness_matrix, assembly.mass, modes)
+            moved = (assembly.basis @ few).T
+            frequencies = frequencies_of(squares)
+            labels = [f"mode {number}, {f:.4g} Hz" for number, f in enumerate(frequencies, 1)]
+        else:
+            given = np.atleast_2d(np.asarray(states, dtype=float))
+            if given.shape[1] != len(self.states):
+                raise InputError(
+                    f"the states have {given.shape[1]} columns and the structure "
+                    f"{len(self.states)} states; give those of a motion of it"
+                )
+            moved = given[:, : assembly.size] @ assembly.basis.T * assembly.length
+            labels = [f"state {number} of {len(moved)}" for number in range(1, len(moved) + 1)]
+        padded = np.hstack([moved, np.zeros((len(moved), 1))])  # -1 is a node held in place
+        found = padded[:, rows]
+        if states is None:
+            largest = np.abs(found).max(axis=(1, 2), keepdims=True)
+            found = found / np.where(largest > 0, largest, 1.0)
+        return MeshShapes(mesh, found, tuple(labels))
 
     def diameter_frequencies(self, modes: int = 3) -> Array:
         """Return the natural frequencies of a cyclic structure by nodal diameter.
