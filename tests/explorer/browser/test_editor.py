@@ -1,6 +1,8 @@
 """The editor of the model: what is written there is what the page shows."""
 
 import re
+from pathlib import Path
+from urllib.parse import urlencode
 
 import pytest
 from playwright.sync_api import expect
@@ -76,3 +78,25 @@ def test_the_file_of_the_server_is_read_again(brake, brake_file):
         assert brake.parameter("Ns") == 6
     finally:
         brake_file.write_text(BRAKE)
+
+
+BELT = (Path(__file__).parents[1] / "models/two-on-a-belt.toml").read_text()
+
+
+def test_the_mechanism_of_a_file_is_drawn_and_moves(explorer):
+    explorer.open(urlencode({"model": "belt", "text": BELT, "vary": "Vd_rear", "span": "1.6~1.4"}))
+    page = explorer.page
+    stage = page.locator(".orbit .schematic")
+    expect(stage).to_have_attribute(
+        "aria-label", "The mechanism: 2 masses, 3 springs, 2 friction contacts"
+    )
+    counts = [stage.locator(part).count() for part in (".block", ".spring", ".dashpot", ".belt")]
+    assert counts == [2, 3, 3, 2]
+    page.get_by_role("button", name="From rest").click()
+    page.wait_for_selector(".contacts[data-drawn]")
+    moving = page.locator(".contacts .schematic .belt").first
+    before = moving.get_attribute("d")
+    page.get_by_label("Moment in the last round").evaluate(
+        "(slider) => { slider.value = 0.123; slider.dispatchEvent(new Event('input')); }"
+    )
+    assert moving.get_attribute("d") != before

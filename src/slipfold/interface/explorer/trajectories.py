@@ -19,6 +19,7 @@ from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
+from slipfold.interface.explorer.mechanism import mechanism_of
 from slipfold.interface.explorer.messages import (
     MOST_PERIODS,
     ExponentsRequest,
@@ -33,7 +34,6 @@ from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import DURATION
-from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
@@ -83,7 +83,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "period": orbit.period,
         "value": number(model.values[vary]),
         "duration": number(orbit.duration),
-        "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
+        "mechanism": mechanism_of(model),
     }
 
 
@@ -241,7 +241,7 @@ def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
         "states": {name: columns[name] for name in names},
         "outputs": {name: column for name, column in columns.items() if name not in names},
         "period": count,
-        "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
+        "mechanism": mechanism_of(model),
         "contacts": [
             {
                 "name": contact.name,

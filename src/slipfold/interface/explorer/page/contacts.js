@@ -2,6 +2,7 @@
 
 import { element } from "./dom.js";
 import { Cursor, Player } from "./player.js";
+import { Schematic } from "./schematic.js";
 import { SmallPlot } from "./small_plot.js";
 import { Belts, Mechanism, PhaseAnimation } from "./stages.js";
 
@@ -175,7 +176,7 @@ export class ContactPanel {
   #isFirst = true;
   #plots = contactPlots((time) => this.#scrub(time));
   #player = new Player(this.cursor, { moment: "Moment in the last round", motion: "the last round" });
-  #stages = { sliding: new Mechanism("contacts"), belts: new Belts(), phase: new PhaseAnimation("contact-motion") };
+  #stages = { sliding: new Mechanism("contacts"), row: new Schematic(), belts: new Belts(), phase: new PhaseAnimation("contact-motion") };
   #stage = element("div", { class: "stage" });
 
   constructor(session, simulation) {
@@ -206,7 +207,7 @@ export class ContactPanel {
     const isPlanar = contacts.every(({ directions }) => directions > 1);
     this.#plots.at(-1).plot.node.hidden = !isPlanar;
     const { node } = this.#stageOf({
-      mechanism: this.#session.model.name === "sliding" ? {} : null,
+      mechanism: this.#session.model.name === "sliding" ? { kind: "sliding" } : null,
       contacts: contacts.map(({ directions }) => ({ plate: Array(directions), pieces: [{ displacement: [] }] })),
     });
     if (node.parentNode !== this.#stage) this.#stage.replaceChildren(node);
@@ -236,7 +237,7 @@ export class ContactPanel {
   }
 
   #stageOf({ mechanism, contacts }) {
-    if (mechanism) return this.#stages.sliding;
+    if (mechanism) return this.#stages[mechanism.kind];
     const isLine = contacts.every(({ plate, pieces }) => plate.length === 1 && pieces[0].displacement);
     return isLine ? this.#stages.belts : this.#stages.phase;
   }

@@ -4,6 +4,7 @@ import { element } from "./dom.js";
 import { Cursor, Player } from "./player.js";
 import { axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
+import { Schematic } from "./schematic.js";
 import { Mechanism, PhaseAnimation, sampled } from "./stages.js";
 
 const FLOOR = 1e-6;
@@ -101,7 +102,7 @@ function path() {
   const plot = new SmallPlot("path", "Path of the tip", { isEqual: true });
   return {
     plot,
-    fits: ({ answer }) => "x" in answer.states && "y" in answer.states && answer.mechanism !== null,
+    fits: ({ answer }) => "x" in answer.states && "y" in answer.states && answer.mechanism?.kind === "sliding",
     draw: ({ answer, quantity }) => {
       const { x, y } = answer.states;
       plot.draw({
@@ -247,6 +248,7 @@ export class OrbitPanel {
   #orbit = null;
   #plots = orbitPlots((phase) => this.cursor.scrub(phase));
   #mechanism = new Mechanism();
+  #schematic = new Schematic();
   #portrait = new PhaseAnimation();
   #stage = element("div", { class: "stage" });
   #grid = element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node));
@@ -318,7 +320,8 @@ export class OrbitPanel {
   }
 
   #stageOf(answer) {
-    return answer.mechanism ? this.#mechanism : this.#portrait;
+    const stages = { sliding: this.#mechanism, row: this.#schematic };
+    return stages[answer.mechanism?.kind] ?? this.#portrait;
   }
 
   #point(phase) {

@@ -172,14 +172,14 @@ function block(x, y, half) {
 }
 
 /** A spring from one point to another. */
-function coil(from, to, width) {
+export function coil(from, to, width, coils = COILS) {
   const along = [to[0] - from[0], to[1] - from[1]];
   const length = Math.hypot(...along) || 1e-9;
   const across = [(-along[1] / length) * width, (along[0] / length) * width];
   const at = (share, side) =>
     `${(from[0] + share * along[0] + side * across[0]).toFixed(4)} ${(from[1] + share * along[1] + side * across[1]).toFixed(4)}`;
-  const zigzag = Array.from({ length: COILS * 2 }, (_, i) =>
-    at(0.12 + (0.76 * (i + 0.5)) / (COILS * 2), i % 2 ? 1 : -1));
+  const zigzag = Array.from({ length: coils * 2 }, (_, i) =>
+    at(0.12 + (0.76 * (i + 0.5)) / (coils * 2), i % 2 ? 1 : -1));
   return `M${[at(0, 0), at(0.12, 0), ...zigzag, at(0.88, 0), at(1, 0)].join("L")}`;
 }
 

@@ -1,0 +1,62 @@
+"""The mechanism that is drawn of a model: the same from matrices and from equations."""
+
+from pathlib import Path
+
+import numpy as np
+
+import slipfold as sf
+from slipfold.interface.explorer.mechanism import mechanism_of
+from slipfold.models.registry import model_of_text
+
+MODELS = Path(__file__).parent / "models"
+
+
+def test_a_chain_has_the_same_mechanism_from_equations_and_from_matrices():
+    chain = model_of_text((MODELS / "ten-masses.toml").read_text())
+    size = 10
+    stiffness = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
+    matrices = sf.Structure(
+        M=np.eye(size),
+        C=0.02 * np.eye(size),
+        K=stiffness,
+        names=[f"x{number + 1}" for number in range(size)],
+        forcing=sf.HarmonicForce("x1", F=0.05),
+    )
+    assert mechanism_of(chain) == mechanism_of(matrices)
+    neighbors = [[body, body + 1] for body in range(size - 1)]
+    assert sorted(mechanism_of(chain)["springs"]) == sorted([[0, -1], *neighbors, [9, -1]])
+    assert mechanism_of(chain)["dashpots"] == []  # each mass has one, which says nothing
+
+
+def test_contacts_elements_and_forces_stand_where_the_file_puts_them():
+    belt = mechanism_of(model_of_text((MODELS / "two-on-a-belt.toml").read_text()))
+    assert [(item["name"], item["bodies"], item["moves"]) for item in belt["contacts"]] == [
+        ("front", [0], True),
+        ("rear", [1], True),
+    ]
+    gap = sf.Structure(
+        M=np.eye(2),
+        K=[[2, 0], [0, 3]],
+        names="u w",
+        elements=[sf.CubicSpring({"u": 1, "w": -1}, k3=5), sf.CubicSpring("w", k3=5)],
+        forcing=sf.HarmonicForce("w", F=1),
+    )
+    assert mechanism_of(gap)["springs"] == [[0, -1], [1, -1], [0, 1], [1, -1]]
+    assert mechanism_of(gap)["forces"] == [1]
+
+
+def test_a_contact_of_equations_belongs_to_the_mass_whose_speed_it_has():
+    dry = sf.System(
+        parameters={"k": 4.0, "V": 0.2},
+        states={"a": "va", "b": "vb", "va": "k*(b - a)", "vb": "k*(a - 2*b) + pad"},
+        contacts={"pad": {"slip": "V - vb", "normal": "3", "friction": "Coulomb"}},
+    )
+    assert mechanism_of(dry)["contacts"] == [{"name": "pad", "bodies": [1], "moves": True}]
+    assert sorted(mechanism_of(dry)["springs"]) == [[0, 1], [1, -1]]
+
+
+def test_what_has_no_masses_or_too_many_is_not_drawn():
+    assert mechanism_of(sf.System(parameters={"a": 1}, states={"q": "-a*q"})) is None
+    assert mechanism_of(sf.Structure(M=np.eye(60), K=np.eye(60))) is None
+    beam = sf.Structure(M=np.eye(3), K=np.diag([1, 2, 3]), reduction=sf.FreeInterface(2))
+    assert mechanism_of(beam) is None
