@@ -83,12 +83,7 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
     if measure not in MEASURES:
         names = ", ".join((*MEASURES, STUCK))
         raise InputError(f"measure {measure!r} is unknown; give one of {names}")
-    if measure == "peak_to_peak":
-        return extrema.peak_to_peak(output)
-    if measure == "modulus":
-        return extrema.modulus(output)
-    low, high = extrema.of(output)
-    return high if measure == "max" else low
+    return extrema.measured(measure, output)
 
 
 def measured_along(branch: Branch, output: str, measure: str) -> Array:

@@ -237,9 +237,9 @@ Cases = Annotated[
 LocusStart = Annotated[
     Any,
     Option(
-        "A special point of a branch, of type LP, PD, NS, BP, HB, GRAZE, STICK or LIFT, or several "
-        "of one model; items of `Diagram.special` will do. Or a model, whose loci in the window "
-        "are searched, see `bifurcation_set`."
+        "A special point of a branch, of type LP, PD, NS, BP, HB, GRAZE, STICK, LIFT, MAX or "
+        "MIN, or several of one model; items of `Diagram.special` will do. Or a model, whose "
+        "loci in the window are searched, see `bifurcation_set`."
     ),
 ]
 LocusType = Annotated[

@@ -84,18 +84,26 @@ CONTACT_TYPES: Mapping[str, PointType] = MappingProxyType(
 )
 """Types of points where contacts begin or cease to do something."""
 
-POINT_TYPES: Mapping[str, PointType] = MappingProxyType({**BIFURCATION_TYPES, **CONTACT_TYPES})
-
 EXTREMUM_TYPES: Mapping[str, PointType] = MappingProxyType(
-    {"MAX": PointType("largest", marker="2"), "MIN": PointType("smallest", marker="1")}
+    {
+        "MAX": PointType("largest", marker="2", dashes=(0, (9.0, 1.2))),
+        "MIN": PointType("smallest", marker="1", dashes=(0, (4.0, 1.2))),
+    }
 )
 """Types of points where what is measured of an output has an extremum along a branch."""
+
+POINT_TYPES: Mapping[str, PointType] = MappingProxyType(
+    {**BIFURCATION_TYPES, **CONTACT_TYPES, **EXTREMUM_TYPES}
+)
 
 REQUESTED_TYPES = ("EVENT", *EXTREMUM_TYPES)
 """Types of points that are located on request; the orbits change in no way there."""
 
 LOCUS_TYPES = (*BIFURCATION_TYPES, *MET)
-"""Types of special points that have a locus in two parameters."""
+"""Types of special points that have a locus in two parameters, and are always located."""
+
+FOLLOWED_TYPES = (*LOCUS_TYPES, *EXTREMUM_TYPES)
+"""Types of special points whose locus can be followed."""
 
 PAIRED = tuple(name for name, item in BIFURCATION_TYPES.items() if item.pair)
 """Bifurcations at which a pair is critical: of orbits, and of equilibria."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
@@ -49,7 +48,7 @@ def crossing_values(plain: Linearization) -> Array:
 def crossing_conditions(orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
     """Return those numbers with their gradients, each a second derivative along one direction."""
     psi, kernel = _crossing(plain)
-    gradients = [psi @ _along(orbits, z, direction) for direction in kernel]
+    gradients = [psi @ slope_along(orbits, z, direction) for direction in kernel]
     return Conditions(crossing_values(plain), np.array(gradients) / _size(plain))
 
 
@@ -86,7 +85,7 @@ def _size(plain: Linearization) -> float:
     return float(np.hypot(1.0, np.linalg.norm(plain.jacobian)))
 
 
-def _along(orbits: Orbits, z: Array, direction: Array) -> Array:
+def slope_along(orbits: Orbits, z: Array, direction: Array) -> Array:
     """Return the derivative of the Jacobian along a direction."""
     length = float(np.linalg.norm(direction))
     step = DIFFERENCED / length * direction
@@ -113,30 +112,35 @@ class Critical(OrbitCurve):
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, one number less than there are unknowns."""
         plain = self.orbits.linearize(z)
-        if self.condition == "BP":
-            values = crossing_values(plain)
-        elif isinstance(self.orbits.by, MarginalShooting):
-            values = self._margin(self.orbits.by, z).values
-        else:
-            logarithm = self._log_multiplier(z)
-            value = self._degeneracy(plain).value if logarithm is None else logarithm
-            values = np.array([value])
-        return defect_of(plain.residual, np.append(plain.conditions.values, values))
+        values = np.append(plain.conditions.values, self._values(plain, z))
+        return defect_of(plain.residual, values)
 
     def linearize(self, z: Array) -> Linearization:
         """Return the defect with its derivatives."""
         plain = self.orbits.linearize(z)
-        if self.condition == "BP":
-            added = crossing_conditions(self.orbits, plain, z)
-        elif isinstance(self.orbits.by, MarginalShooting):
-            added = self._margin(self.orbits.by, z)
-        else:
-            added = self._critical_eigenvalue(plain, z)
+        added = self._conditions(plain, z)
         assert added.gradients is not None
         above = plain.conditions.gradients
         gradients = added.gradients if above is None else np.vstack([above, added.gradients])
         values = np.append(plain.conditions.values, added.values)
         return replace(plain, conditions=replace(added, values=values, gradients=gradients))
+
+    def _values(self, plain: Linearization, z: Array) -> Array:
+        """Return how far the condition is from being met, shape (d,)."""
+        if self.condition == "BP":
+            return crossing_values(plain)
+        if isinstance(self.orbits.by, MarginalShooting):
+            return self._margin(self.orbits.by, z).values
+        logarithm = self._log_multiplier(z)
+        return np.array([self._degeneracy(plain).value if logarithm is None else logarithm])
+
+    def _conditions(self, plain: Linearization, z: Array) -> Conditions:
+        """Return the condition with its derivatives."""
+        if self.condition == "BP":
+            return crossing_conditions(self.orbits, plain, z)
+        if isinstance(self.orbits.by, MarginalShooting):
+            return self._margin(self.orbits.by, z)
+        return self._critical_eigenvalue(plain, z)
 
     def _margin(self, by: MarginalShooting, z: Array) -> Conditions:
         value, by_nodes, by_free = by.condition(self.orbits.nodes(z), self.orbits.constants(z))
@@ -188,10 +192,6 @@ class Critical(OrbitCurve):
         found = [degeneracy(self.condition, plain.monodromy, pair) for pair in pairs]
         slopes = [self.orbits.slope(item, plain, z)[0] for item in found]
         return [np.linalg.svd(np.vstack([plain.jacobian, slope]))[2][-1] for slope in slopes]
-
-    def with_orbits(self, orbits: Orbits) -> Self:
-        """Return the same condition on other orbits."""
-        return type(self)(orbits, self.condition)
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return a guess whose phase is that of an orbit nearby."""

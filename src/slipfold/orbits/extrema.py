@@ -140,6 +140,23 @@ class Extrema(OneLine):
         low, high = self.of(name)
         return np.maximum(np.abs(low), np.abs(high))
 
+    def measured(self, measure: str, name: str) -> Array:
+        """Return a measure of one output, shape (n_orbits,).
+
+        Parameters
+        ----------
+        measure
+            ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"modulus"``.
+        name
+            A state or output of the model.
+        """
+        if measure == "peak_to_peak":
+            return self.peak_to_peak(name)
+        if measure == "modulus":
+            return self.modulus(name)
+        low, high = self.of(name)
+        return high if measure == "max" else low
+
 
 def find_extrema(
     model: Model,

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.continuation.newton import SquareMatrix
+from slipfold.orbits.critical import slope_along
+from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.switched_shooting import DIFFERENCED
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,57 @@ def measure_gradient(orbits: Orbits, z: Array, measure: str, output: str) -> Arr
     """
     along = _Along(orbits, z, output)
     return np.sum([w * along.gradient(sign) for sign, w in WEIGHTS[measure].items()], axis=0)
+
+
+@dataclass(frozen=True)
+class Extremal:
+    r"""That a measure has an extremum along the branch on which one of two parameters is held.
+
+    With its gradient a and the unit tangent of that branch
+
+    .. math:: g = a^T \tau / |a| = 0, \qquad F_z \tau = 0, \quad \tau_{held} = 0 .
+    """
+
+    measure: str
+    output: str
+    held: int  # place of the parameter that the branch holds in the unknown, counted from its end
+
+    def value(self, orbits: Orbits, plain: Linearization, z: Array) -> float:
+        """Return how far it is from being met: a cosine."""
+        gradient = measure_gradient(orbits, z, self.measure, self.output)
+        return float(gradient @ self._branch(plain, len(z))[0] / np.linalg.norm(gradient))
+
+    def conditions(self, orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
+        """Return the same with its derivatives where it is met.
+
+        The tangent turns by what second derivatives along it make of it. They are differences of
+        first ones: of all in one step, since second derivatives are symmetric.
+        """
+        gradient = measure_gradient(orbits, z, self.measure, self.output)
+        tangent, bordered = self._branch(plain, len(z))
+        size, step = float(np.linalg.norm(gradient)), DIFFERENCED * tangent
+        weights = bordered.solve_transposed(gradient)[: orbits.size]
+        sides = [
+            measure_gradient(orbits, z + way * step, self.measure, self.output) for way in (1, -1)
+        ]
+        slope = (sides[0] - sides[1]) / (2 * DIFFERENCED)
+        slope -= weights @ slope_along(orbits, z, tangent)[: orbits.size]
+        return Conditions(np.array([gradient @ tangent / size]), slope[None] / size)
+
+    def _branch(self, plain: Linearization, size: int) -> tuple[Array, SquareMatrix]:
+        """Return the unit tangent of the branch, turned so that it is smooth, with its equations.
+
+        With it as their last row these have a positive determinant. Shapes: returns (u,).
+        """
+        holds = np.eye(1, size, size + self.held)
+        above = plain.conditions.gradients
+        gradients = holds if above is None else np.vstack([above, holds])
+        values = np.append(plain.conditions.values, 0.0)
+        branch = replace(plain, conditions=Conditions(values, gradients))
+        # A vector along no axis of anything leaves the kernel if one does.
+        tangent = branch.bordered(np.cos(np.arange(1.0, size + 1))).tangent()
+        bordered = branch.bordered(tangent)
+        return bordered.sign * tangent, bordered
 
 
 class _Along:
@@ -67,7 +122,8 @@ class _Along:
 
         by = self._by
         even = np.arange(SEARCH.samples * by.period) / SEARCH.samples
-        phases = np.unique(np.append(by.phase + even, by.start))
+        phases = np.sort(np.append(by.phase + even, by.start))
+        phases = phases[np.diff(phases, append=np.inf) > SEARCH.aside]
         states = by.states(self._nodes, self._constants, phases)
         values, column = np.empty(len(phases)), by.flow.output_index(self._output)
         for flow, rows in by.flows_at(self._nodes, self._constants, phases):

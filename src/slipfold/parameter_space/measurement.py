@@ -71,13 +71,7 @@ def parse_measured(text: str, model: Model) -> Quantity:
 
 def read_off(extrema: Extrema, quantities: Sequence[Quantity]) -> Array:
     """Return what is measured of each orbit, shape (n_orbits, n_quantities)."""
-    columns = {
-        "min": lambda name: extrema.of(name)[0],
-        "max": lambda name: extrema.of(name)[1],
-        "peak_to_peak": extrema.peak_to_peak,
-        "modulus": extrema.modulus,
-    }
-    return np.column_stack([columns[item.measure](item.output) for item in quantities])
+    return np.column_stack([extrema.measured(item.measure, item.output) for item in quantities])
 
 
 SWEEPS = ("up", "down", "")

@@ -19,7 +19,13 @@ from slipfold.bifurcations.loci.window import Window
 from slipfold.errors import InputError
 from slipfold.flow.modes import MET
 from slipfold.lines import CRITICALITIES, locus_segments
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
+from slipfold.orbits.bifurcation_types import (
+    BIFURCATION_TYPES,
+    CODIMENSION_TWO,
+    CONTACT_TYPES,
+    EXTREMUM_TYPES,
+    POINT_TYPES,
+)
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.regions import (
     STICKS,
@@ -52,7 +58,7 @@ FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 """Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
 CONTACT_DASHES: Mapping[str, Any] = MappingProxyType(
-    {name: CONTACT_TYPES[name].dashes for name in MET}
+    {name: POINT_TYPES[name].dashes for name in (*MET, *EXTREMUM_TYPES)}
 )
 """Line styles of what is no bifurcation; all are black."""
 
@@ -83,7 +89,7 @@ def mark_style(type_: str) -> dict[str, Any]:
     style: dict[str, Any] = {"linestyle": "none", "color": "black", "zorder": 3}
     if type_ in CODIMENSION_TWO:
         return {**style, "marker": "o", "markersize": 3.8, "markeredgewidth": 0.0}
-    if type_ in MARKERS:
+    if type_ in MARKERS and type_ not in EXTREMUM_TYPES:
         return {**style, "marker": MARKERS[type_], "markersize": 4.5, "markeredgewidth": 0.9}
     return {
         **style,
@@ -166,7 +172,7 @@ def _nothing() -> Artist:
 
 def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[Artist]:
     kinds = {
-        (locus.type, locus.period, segment.kind, locus.kind)
+        (locus.type, locus.period, segment.kind, locus.kind, locus.quantity)
         for diagram in diagrams
         for locus in diagram.loci
         for segment in locus_segments(locus)
@@ -174,7 +180,7 @@ def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[
     order = [*colors, *CONTACT_DASHES]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
-        text = locus_title(kind[0], kind[1], kind[3]) + ", " * bool(kind[2]) + kind[2]
+        text = locus_title(kind[0], kind[1], *kind[3:]) + ", " * bool(kind[2]) + kind[2]
         handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colors, kind[3])))
     return handles
 
@@ -223,7 +229,7 @@ def _shades(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
     return [*shades, *{str(shade.get_label()): shade for shade in simulated}.values()]
 
 
-ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
+ORDER = ("MIN", "MAX", "LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
 """From the lowest to the topmost line."""
 
 
@@ -316,6 +322,8 @@ def name_loci(
 def _name(locus: Locus) -> str:
     if locus.type == "LP" and not locus.model.forced:
         return "LP of equilibria" if locus.kind == "equilibrium" else "LP of cycles"
+    if locus.quantity:
+        return f"{POINT_TYPES[locus.type].title} {locus.quantity}"
     return locus.type if locus.period == 1 else f"{locus.type} {locus.period}"
 
 

@@ -21,7 +21,7 @@ from slipfold.errors import InputError
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, Parameter, State
-from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, POINT_TYPES
+from slipfold.orbits.bifurcation_types import POINT_TYPES
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
@@ -37,7 +37,7 @@ LINES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 
 MARKERS: Mapping[str, str] = MappingProxyType(
     {
-        **{name: item.marker for name, item in {**POINT_TYPES, **EXTREMUM_TYPES}.items()},
+        **{name: item.marker for name, item in POINT_TYPES.items()},
         "LIMIT": "x",
         "FAILED": "|",
         "EVENT": "+",

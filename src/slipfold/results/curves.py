@@ -48,6 +48,10 @@ def _stuck_fraction(curve: Any) -> Array:
     return np.full(len(curve), np.nan) if own is None else own
 
 
+def _measured(locus: Locus) -> Array:
+    return np.full(len(locus), np.nan) if locus.measured is None else locus.measured
+
+
 def _revolutions(branch: Branch) -> list[int]:
     return [branch.revolutions.get(item.name, 0) for item in branch.model.states]
 
@@ -85,6 +89,8 @@ EIGENVALUES = Column("eigenvalues", record=True, when="locus")
 CURVE = (
     Column("id", WHOLE, "number of the {thing}", name="{thing}", label=True, record=True),
     Column("type", TEXT, "type of bifurcation", record=True, when="locus"),
+    Column("quantity", TEXT, "what is measured on a locus of extrema; empty: none", record=True,
+           when="measured"),
     Column("kind", TEXT, "periodic or equilibrium", record=True),
     Column("period", WHOLE, "in forcing periods", "", record=True),
     Column("parent", WHOLE, "{thing} left, 0: none", optional=True, record=True),
@@ -101,6 +107,7 @@ CURVE = (
     Column("criticality", record=True, when="locus",
            get=lambda locus: None if locus.type == "LP" else locus.criticality),
     Column("coefficient", record=True, when="locus"),
+    Column("measured", record=True, when="measured"),
     Column("durations", get=lambda locus: locus._cycle_durations(), record=True, when="locus"),
     EIGENVALUES,
     Column("special", record=True),
@@ -138,6 +145,8 @@ POINT = (
     ),
     Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined",
            when="locus"),
+    Column("measured", REAL, "value of the quantity of a locus of extrema; NaN: another locus",
+           get=_measured, when="measured"),
     Column("criticality", TEXT, "empty: no meaning, or not known", derived=True, when="locus",
            get=lambda locus: [word or "" for word in locus.criticality]),
     Column("eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
@@ -208,6 +217,7 @@ SPECIAL = (
 """What is said of a special point."""
 
 OPTIONAL = {
+    "measured": {"measured"},
     "sticks": {"stuck_fraction", "special_stuck_fraction"},
     "gradients": {"special_gradients", "by_parameter"},
 }
@@ -269,6 +279,8 @@ class CurveList(ResultPart):
             fields |= {which: End(*fields[which].values()) for which in ("started", "stopped")}
             if np.isnan(fields.get("stuck_fraction", np.nan)).all():
                 fields["stuck_fraction"] = None
+            if not fields.get("quantity"):
+                fields.pop("measured", None)
             points = []
             for own in fields["special"]:
                 own["nodes"] = own["nodes"][: own.pop("node_count")]
@@ -298,6 +310,7 @@ def _parts(curves: Sequence[Any]) -> set[str]:
     """Return which optional parts curves have."""
     points = [point for curve in curves for point in curve.special]
     known = {
+        "measured": any(getattr(curve, "quantity", "") for curve in curves),
         "sticks": any(curve.stuck_fraction is not None for curve in curves),
         "gradients": any(getattr(point, "gradients", None) is not None for point in points),
     }

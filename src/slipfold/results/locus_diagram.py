@@ -7,7 +7,7 @@ from operator import itemgetter
 from typing import Annotated, Any, NamedTuple
 
 from slipfold.bifurcations.branches.settings import Settings
-from slipfold.bifurcations.loci.locus import Locus, LocusPoint, locus_title
+from slipfold.bifurcations.loci.locus import Locus, LocusPoint
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.bifurcations.loci.window import Window
 from slipfold.models.model import Model
@@ -292,7 +292,7 @@ class LocusDiagram(CurveDiagram):
         return [*notes, *missing, *super()._notes()]
 
     def _endings(self, locus: Locus) -> list[str]:
-        size = f"{locus_title(locus.type, locus.period, locus.kind)}, {len(locus)} points"
+        size = f"{locus.heading}, {len(locus)} points"
         size += f", from locus {locus.parent}" if locus.parent is not None else ""
         if locus.closed:
             return [f"Locus {locus.id} ({size}): {locus.stopped.reason}"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
@@ -11,7 +10,6 @@ import numpy as np
 
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.bifurcations.branches.solution_curve import OrbitSeries
-from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.text import listed, number_text, outside, parameter_text, revolutions_text
 
 
@@ -52,37 +50,6 @@ class Branch(OrbitSeries):
         """Whether each orbit is stable, or neutral as without damping, shape (n_points,)."""
         return self.unstable == 0
 
-    @property
-    def parameters(self) -> Array:
-        """Parameter vectors of all points, shape (n_points, n_parameters)."""
-        vectors = np.repeat(self.model.vector[None], len(self), axis=0)
-        vectors[:, self.model.parameter_index(self.vary)] = self.parameter
-        if self.durations is not None:
-            vectors[:, self.model.parameter_index("duration")] = self.durations
-        return vectors
-
-    @cached_property
-    def extrema(self) -> Extrema:
-        """Extrema of every output over each continuous orbit; computed when first requested."""
-        return self._extrema_of(slice(None))
-
-    def extrema_of(self, output: str) -> Extrema:
-        """Return the extrema of one output over each orbit, which is quicker than of all.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
-        if "extrema" in vars(self) or self.stuck_fraction is not None:
-            return self.extrema
-        return self._extrema_of(slice(None), (output,))
-
     @cached_property
     def multiplier_uncertainty(self) -> Array:
         """Computed uncertainty of every multiplier, shape (n_points, n_states).
@@ -91,15 +58,6 @@ class Branch(OrbitSeries):
         computed when first requested.
         """
         return self._multiplier_uncertainty_of(slice(None))
-
-    def _extrema_of(self, rows: slice, outputs: Sequence[str] | None = None) -> Extrema:
-        """Compute the extrema of outputs over some of the orbits."""
-        if self.stuck_fraction is None:
-            given = self.model, self.parameters[rows], self.nodes[rows], self.period
-            return find_extrema(*given, outputs)
-        result = [self.orbit(index).extrema for index in range(len(self))[rows]]
-        low = np.concatenate([item.minimum for item in result])
-        return Extrema(result[0].names, low, np.concatenate([item.maximum for item in result]))
 
     def _multiplier_uncertainty_of(self, rows: slice) -> Array:
         """Compute the uncertainties of the multipliers of some of the orbits."""

@@ -104,17 +104,16 @@ class Events(_Watch):
         for event in self._events:
             if event.measure != "parameter" and event.name not in names:
                 names.append(event.name)
-        measured = {"parameter": orbits.value(z)}
         if names:
             vector, nodes = orbits.vector(z)[None], orbits.evenly(z)[None]
             extrema = find_extrema(orbits.model, vector, nodes, orbits.period, tuple(names))
         result = []
         for event in self._events:
             assert event.value is not None
-            if event.measure != "parameter":
-                low, high = (float(item[0]) for item in extrema.of(event.name))
-                measured |= {"max": high, "min": low, "peak_to_peak": high - low}
-            result.append(measured[event.measure] - event.value)
+            if event.measure == "parameter":
+                result.append(orbits.value(z) - event.value)
+            else:
+                result.append(float(extrema.measured(event.measure, event.name)[0]) - event.value)
         return np.array(result)
 
 

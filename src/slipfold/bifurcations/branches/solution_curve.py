@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any
@@ -14,6 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, parameter_text
@@ -191,6 +192,46 @@ class OrbitSeries(SolutionCurve):
     def states(self) -> Array:
         """States at phase zero, shape (n_points, n_states)."""
         return self.nodes[:, 0]
+
+    @property
+    def parameters(self) -> Array:
+        """Parameter vectors of all points, shape (n_points, n_parameters)."""
+        vectors = np.repeat(self.model.vector[None], len(self), axis=0)
+        vectors[:, [self.model.parameter_index(name) for name in _names(self.vary)]] = self._values
+        if self.durations is not None:
+            vectors[:, self.model.parameter_index(DURATION.name)] = self.durations
+        return vectors
+
+    @cached_property
+    def extrema(self) -> Extrema:
+        """Extrema of every output over each continuous orbit; computed when first requested."""
+        return self._extrema_of(slice(None))
+
+    def extrema_of(self, output: str) -> Extrema:
+        """Return the extrema of one output over each orbit, which is quicker than of all.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        if "extrema" in vars(self) or self.stuck_fraction is not None:
+            return self.extrema
+        return self._extrema_of(slice(None), (output,))
+
+    def _extrema_of(self, rows: slice, outputs: Sequence[str] | None = None) -> Extrema:
+        """Compute the extrema of outputs over some of the orbits."""
+        if self.stuck_fraction is None:
+            given = self.model, self.parameters[rows], self.nodes[rows], self.period
+            return find_extrema(*given, outputs)
+        result = [self.orbit(index).extrema for index in range(len(self))[rows]]
+        low = np.concatenate([item.minimum for item in result])
+        return Extrema(result[0].names, low, np.concatenate([item.maximum for item in result]))
 
     def orbit(self, index: int) -> PeriodicOrbit:
         """Return one point as a periodic orbit.

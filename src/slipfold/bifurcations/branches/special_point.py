@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.solution_curve import LocatedPoint
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.test_functions import ALIKE, angles_on_circle
 
 
@@ -104,6 +104,14 @@ class SpecialPoint(LocatedPoint):
         # A cycle has a multiplier one anyway, that of its own direction.
         cycle = self.type == "BP" and not self.model.forced and len(self.nodes) > 1
         return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1 + cycle
+
+    @property
+    def measured(self) -> tuple[str, str] | None:
+        """Measure and output of an extremum, as in ``("max", "x")``; None of other points."""
+        if self.type not in EXTREMUM_TYPES:
+            return None
+        _, measure, output = self.name.split(" ", 2)
+        return measure, output
 
     @property
     def duration(self) -> float:

@@ -15,6 +15,7 @@ from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.stops import Limits, Unresolved
 from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
+from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
 from slipfold.bifurcations.loci.locus_equations import (
     RULES,
@@ -49,7 +50,7 @@ from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import LOCUS_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, FOLLOWED_TYPES, LOCUS_TYPES, PAIRED
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -234,10 +235,15 @@ def follow_found(
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
-    if point.type not in LOCUS_TYPES:
+    if point.type not in FOLLOWED_TYPES:
         raise InputError(
             f"a special point of type {point.type} has no locus in {vary[0]} and {vary[1]}; give "
-            f"one of type {', '.join(LOCUS_TYPES)}"
+            f"one of type {', '.join(FOLLOWED_TYPES)}"
+        )
+    if point.type in EXTREMUM_TYPES and point.vary not in vary:
+        raise InputError(
+            f"the {point.type} is an extremum along {point.vary}, which the plane of {vary[0]} and "
+            f"{vary[1]} lacks; give {point.vary} and another parameter"
         )
     if point.model.kind != base.kind:
         raise InputError("the special points belong to different models; follow them one by one")
@@ -294,7 +300,7 @@ class _Loci(CurveSet[OrbitPoint]):
         kind = "rests" if rests(point.model, point.nodes) else "moves"
         base = self._bases.setdefault(kind, own)
         orbits, z = as_unknown(point, base, plane, self._settings)
-        return LocusEquations(orbits, point.type), z
+        return equations_of(orbits, point), z
 
     def start(
         self, curve: LocusEquations, z: NDArray[np.float64], point: SpecialPoint
@@ -309,7 +315,7 @@ class _Loci(CurveSet[OrbitPoint]):
             refusal = error
         try:
             orbits, z = on_a_mesh(curve.orbits, point)
-            return regular_start(LocusEquations(orbits, curve.condition), z, self._settings)
+            return regular_start(curve.with_orbits(orbits), z, self._settings)
         except BREAKDOWNS:
             return refusal
 
@@ -406,7 +412,7 @@ class _Loci(CurveSet[OrbitPoint]):
         total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)
         place, title = (
             pair_of(followed.traced.curve, point),
-            locus_title(*_sort(followed.traced.curve)),
+            title_of(followed.traced.curve),
         )
         self._observer(locus_progress("normal forms", done, total, place, title))
 
@@ -416,16 +422,20 @@ class _Loci(CurveSet[OrbitPoint]):
         curve = traced.curve
         names = "".join(f", {found.type}" for found in traced.found)
         start, last = (pair_of(curve, point) for point in (traced.points[0], traced.points[-1]))
-        condition, period, kind = _sort(curve)
-        title = locus_title(condition, period, kind)
-        text = f"{title}, {len(traced.points)} points{names}"
-        line = LocusLine(self._lines, condition, period, start)
+        text = f"{title_of(curve)}, {len(traced.points)} points{names}"
+        line = LocusLine(self._lines, curve.condition, curve.orbits.period, start)
         self._observer(locus_progress("loci", len(self.curves), None, last, text, line=line))
 
 
-def _sort(curve: LocusEquations) -> tuple[str, int, str]:
-    """Type, period and kind: only loci that agree in them may be one."""
-    return curve.condition, curve.orbits.period, curve.orbits.kind
+def title_of(curve: LocusEquations) -> str:
+    """Return the title of a locus that is followed."""
+    orbits = curve.orbits
+    return locus_title(curve.condition, orbits.period, orbits.kind, curve.quantity)
+
+
+def _sort(curve: LocusEquations) -> tuple[str, str, int, str]:
+    """Type, quantity, period and kind: only loci that agree in them may be one."""
+    return curve.condition, curve.quantity, curve.orbits.period, curve.orbits.kind
 
 
 def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:

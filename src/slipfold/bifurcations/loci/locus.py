@@ -33,8 +33,9 @@ class LocusPoint(LocatedPoint):
     type: Annotated[
         str,
         'One of `CODIMENSION_TWO`, or ``"MIN"`` and ``"MAX"`` where the locus turns in a '
-        'parameter, or ``"GRAZE"``, ``"STICK"``, ``"LIFT"``, ``"MEET"`` where contacts begin or '
-        "cease to do something.",
+        "parameter, or the quantity of extrema does along it, or "
+        '``"GRAZE"``, ``"STICK"``, ``"LIFT"``, ``"MEET"`` where contacts begin or cease to do '
+        "something.",
     ]
     name: Annotated[str, 'The type in words, e.g. ``"smallest Nd"``.']
     vary: Annotated[tuple[str, str], "Names of the parameters followed."]
@@ -87,8 +88,15 @@ class Locus(OrbitSeries):
         str,
         '``"LP"``, ``"PD"``, ``"NS"`` or ``"BP"``; of equilibria ``"LP"``, ``"BP"`` or '
         '``"HB"``; of orbits at which contacts begin or cease to do something ``"GRAZE"``, '
-        '``"STICK"`` or ``"LIFT"``.',
+        '``"STICK"`` or ``"LIFT"``; '
+        'of extrema ``"MAX"`` or ``"MIN"``.',
     ]
+    quantity: Annotated[
+        str, 'What is measured on a locus of extrema, as in ``"max x"``; empty of all others.'
+    ] = ""
+    measured: Annotated[
+        Array | None, "Its values, shape (n_points,), in the unit of the output; None of others."
+    ] = None
     parent: Annotated[
         int | None, "Id of the locus at whose point of codimension two it was started, or None."
     ]
@@ -106,7 +114,7 @@ class Locus(OrbitSeries):
         return self.values
 
     def _line(self) -> str:
-        parts = [locus_title(self.type, self.period, self.kind), f"{len(self)} points"]
+        parts = [self.heading, f"{len(self)} points"]
         if len(self):
             for name, column in zip(self.vary, self.values.T, strict=True):
                 ends = (float(column.min()), float(column.max()))
@@ -114,6 +122,11 @@ class Locus(OrbitSeries):
         parts.append(listed(point.type for point in self.special))
         found = ", ".join(part for part in [*parts, self.stopped.kind] if part)
         return f"Locus {self.id} of {self.model.name}: {found}"
+
+    @property
+    def heading(self) -> str:
+        """What it is a locus of, e.g. ``"PD of period 2"``."""
+        return locus_title(self.type, self.period, self.kind, self.quantity)
 
     @cached_property
     def criticality(self) -> list[str | None]:
@@ -178,14 +191,14 @@ def hopf_duration(eigenvalues: Complex) -> float:
     return 2 * np.pi / float(nearest.imag) if on_axis else np.nan
 
 
-def locus_title(type_: str, period: int, kind: str) -> str:
-    """Return e.g. ``"PD of period 2"`` or ``"HB of equilibria"``.
+def locus_title(type_: str, period: int, kind: str, quantity: str = "") -> str:
+    """Return e.g. ``"PD of period 2"``, ``"HB of equilibria"`` or ``"largest max x of period 1"``.
 
     >>> locus_title("LP", 1, "equilibrium")
     'LP of equilibria'
     """
     of = "equilibria" if kind == "equilibrium" else f"period {period}"
-    return f"{type_} of {of}"
+    return f"{POINT_TYPES[type_].title} {quantity} of {of}" if quantity else f"{type_} of {of}"
 
 
 PIECES = 12

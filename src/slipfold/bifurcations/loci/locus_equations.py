@@ -15,8 +15,7 @@ from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow.modes import MET
-from slipfold.orbits.bifurcation_types import PAIRED
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.kinds import Equilibria
@@ -77,12 +76,20 @@ RULES = LocusRules()
 class LocusEquations(Critical):
     """A locus of bifurcations or of grazing in two parameters: its equations and test functions."""
 
-    odd = ("first", "second")
+    odd: tuple[str, ...] = ("first", "second")
+
+    quantity = ""
+    """What is measured, as in ``"max x"``, on a locus of extrema; else empty."""
 
     def __init__(self, orbits: Orbits, condition: str) -> None:
         super().__init__(orbits, condition)
         self.forms = forms_of(orbits)
         self._resting = orbits.kind == "equilibrium"
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether its orbits have a critical multiplier."""
+        return self.condition in BIFURCATION_TYPES
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return a guess in the phase of an orbit; beside one without amplitude, an orbit.
@@ -113,15 +120,18 @@ class LocusEquations(Critical):
         ``GPD``, ``CH``, ``DP`` and ``GH`` are coefficients of normal forms, multiplied by what is
         zero where they have poles: at other points of codimension two.
         """
-        slopes = np.where(np.abs(tangent[-2:]) > RULES.no_slope, tangent[-2:], 0.0)
-        standing = {"first": float(slopes[0]), "second": float(slopes[1])}
-        if self.condition in MET:
+        standing = self._standing(tangent)
+        if not self.is_spectral:
             return standing
         monodromy = linearization.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
         parts = z, linearization, multipliers, size
         more = self._pair_tests if self.condition in PAIRED else self._real_tests
         return {**standing, **more(*parts)}
+
+    def _standing(self, tangent: Array) -> dict[str, float]:
+        slopes = np.where(np.abs(tangent[-2:]) > RULES.no_slope, tangent[-2:], 0.0)
+        return {"first": float(slopes[0]), "second": float(slopes[1])}
 
     def _real_tests(
         self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
@@ -187,7 +197,7 @@ class LocusEquations(Critical):
 
     def coefficient(self, tests: dict[str, float]) -> float:
         """Return the normal form coefficient that a point's test functions were made of."""
-        if self.condition == "LP" or self.condition in MET:
+        if self.condition == "LP" or not self.is_spectral:
             return np.nan
         if self.condition == "PD":
             value, poles = tests["GPD"], tests["LPPD"] * tests["R2"]
@@ -240,8 +250,8 @@ def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
     same direction: where a symmetry changes a parameter too, loci only cross their images.
     """
     try:
-        values, condition = _spectrum(orbits, z), points[0].curve.condition
-        along = np.linalg.svd(LocusEquations(orbits, condition).linearize(z).jacobian)[2][-1, -2:]
+        values, equations = _spectrum(orbits, z), points[0].curve.with_orbits(orbits)
+        along = np.linalg.svd(equations.linearize(z).jacobian)[2][-1, -2:]
     except BREAKDOWNS:  # an orbit that cannot be integrated is compared with none
         return False
     for curve, run in _runs(points):

@@ -77,9 +77,11 @@ def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
         return found.type, CODIMENSION_TWO[found.type].title
     if found.type in CONTACT_TYPES:
         return found.type, CONTACT_TYPES[found.type].title
-    name = plane_of(orbits)[0 if found.type == "first" else 1]
-    # The test function is the rate of the parameter along the locus: where it rises through zero
-    # the parameter is smallest.
+    own = found.point.curve.quantity
+    first, second = plane_of(orbits)
+    name = {"first": first, "second": second, "measure": own}[found.type]
+    # The test function is the rate of a parameter or of the measure along the locus: where it rises
+    # through zero that is smallest.
     return ("MIN", f"smallest {name}") if found.slope > 0 else ("MAX", f"largest {name}")
 
 
@@ -165,6 +167,7 @@ def _as_locus(
     locus = Locus(
         **fields | {"arclength": fields["arclength"] - start},
         type=curve.condition,
+        quantity=curve.quantity,
         vary=plane_of(orbits),
         values=np.array([pair_of(point.curve, point) for point in points]),
         nodes=evenly(points),
@@ -181,7 +184,11 @@ def _as_locus(
         stopped=stopped,
     )
     judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)
-    return replace(locus, special=tuple(judged))
+    measured = None
+    if locus.quantity:
+        measure, output = locus.quantity.split(" ", 1)
+        measured = locus.extrema_of(output).measured(measure, output)
+    return replace(locus, special=tuple(judged), measured=measured)
 
 
 def _first_end(trace: TracedCurve[OrbitPoint], found: Found | None) -> End:

@@ -16,7 +16,6 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Zeros, contracts_between
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow.modes import MET
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, DOUBLED, PAIRED, CriticalMultiplier
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint
@@ -171,7 +170,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def _joined(self, found: list[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
         """Return extrema in both parameters as what stands there."""
-        if self._curve.condition == "BP":
+        if self._curve.condition == "BP" or self._curve.quantity:
             return found
         if self._curve.condition in STANDS:
             name = STANDS[self._curve.condition]
@@ -239,6 +238,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
+        if not self._curve.is_spectral:
+            return not (found.type in STANDING_STILL and self._turns_at_parent(found.point))
         values, condition = found.point.multipliers, self._curve.condition
         others = np.delete(values, critical_places(condition, values))
         if found.type in ("GPD", "CH", "GH", "DP") and self._is_pole_alone(found.point):
@@ -255,7 +256,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if self._curve.condition in MET:  # multipliers of what continues are not watched
+        if not self._curve.is_spectral:  # multipliers of what continues are not watched
             return True
         change = abs(self._outside(b) - self._outside(a))
         others = [_also_critical(self._curve.condition, item) for item in found]

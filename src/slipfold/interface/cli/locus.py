@@ -146,13 +146,13 @@ def select_points(
     labels: Collection[int] | None = None,
 ) -> list[SpecialPoint]:
     """Return the special points with loci that are requested, in the order of their labels."""
-    from slipfold.orbits.bifurcation_types import LOCUS_TYPES
+    from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
     from slipfold.results.diagram import points_by_label
 
     known = {
         label: point
         for label, point in points_by_label(diagram).items()
-        if point.type in LOCUS_TYPES
+        if point.type in FOLLOWED_TYPES
     }
     requested = {"label": labels, "type": types, "period": periods}
     chosen = [

@@ -1,0 +1,148 @@
+"""Loci of extrema in two parameters: peaks of resonances at several levels, best dampers."""
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from slipfold.models.registry import model_named
+
+LINEAR = sf.System(
+    name="linear oscillator",
+    parameters={"W": 0.6, "F": 1.0, "D": 0.1},
+    states={"x": "v", "v": "F*cos(W*t) - 2*D*v - x"},
+    forcing={"period": "2*pi/W", "amplitude": "F"},
+)
+
+DAMPER = sf.System(
+    name="damper on a spring",
+    parameters={"W": 0.8, "c": 0.2, "k": 0.5},
+    states={"x": "v", "v": "cos(W*t) - x - k*(x - y)", "y": "k*(x - y)/c"},
+    forcing={"period": "2*pi/W"},
+)
+
+
+def peaks(model, vary, span, output="x", **options):
+    diagram = sf.response(model, vary, span, events=[sf.Event(output)], **options)
+    return [point for _, point in diagram.special if point.type == "MAX"]
+
+
+def ridge(model, vary, span, plane, window, output="x"):
+    (point,) = peaks(model, vary, span, output)
+    diagram = sf.locus(point, plane, window)
+    (locus,) = diagram.loci
+    assert (locus.type, locus.quantity) == ("MAX", f"max {output}")
+    assert diagram.checked.agree
+    return diagram
+
+
+def test_peaks_of_a_linear_oscillator_lie_on_a_straight_line():
+    (locus,) = ridge(LINEAR, "W", (0.6, 1.4), ("W", "F"), ((0.6, 1.4), (0.2, 3))).loci
+    frequency, force = locus.values.T
+    assert frequency == pytest.approx(np.sqrt(0.98), abs=1e-12)
+    assert locus.measured == pytest.approx(force / (0.2 * np.sqrt(0.99)), rel=1e-11)
+    assert {end.kind for end in locus.ends} == {"window"}
+
+
+def test_the_peak_goes_to_zero_frequency_as_damping_grows():
+    (locus,) = ridge(LINEAR, "W", (0.6, 1.4), ("D", "W"), ((0.05, 0.9), (0.2, 1.4))).loci
+    damping, frequency = locus.values.T
+    assert frequency == pytest.approx(np.sqrt(1 - 2 * damping**2), abs=1e-11)
+    assert locus.measured == pytest.approx(0.5 / damping / np.sqrt(1 - damping**2), rel=1e-10)
+
+
+def test_ridge_of_a_bent_resonance_has_the_peaks_of_responses():
+    window = ((0.5, 1.6), (0.02, 0.3))
+    (locus,) = ridge(model_named("duffing"), "W", (0.6, 1.3), ("W", "F"), window, "q").loci
+    for index in (2, len(locus) - 2):
+        orbit = locus.orbit(index)
+        (again,) = peaks(orbit, "W", (0.5, 1.6), "q")
+        assert again.value == pytest.approx(locus.values[index, 0], abs=1e-11)
+    # Of little damping the peaks lie on the backbone, W = 1 + 3/8 g a^2 to first order.
+    small = locus.measured.argmin()
+    amplitude, frequency = locus.measured[small], locus.values[small, 0]
+    damped = np.sqrt(1 - 0.05**2 / 2)
+    assert frequency - damped == pytest.approx(3 / 8 * 0.1 * amplitude**2, rel=0.02)
+
+
+def test_best_damper_on_a_spring():
+    # All responses pass W^2 = 1 + k/2 with the amplitude 2/k: the least peak lies there.
+    window = ((0.7, 1.5), (0.15, 6))
+    (point,) = peaks(DAMPER, "W", (0.7, 1.5))
+    diagram = sf.locus(point, ("W", "c"), window)
+    (best,) = (point for _, point in diagram.special if point.name == "smallest max x")
+    assert best.type == "MIN"
+    assert best.values[0] == pytest.approx(np.sqrt(1.25), abs=max(1e-10, 10 * best.uncertainty[0]))
+    assert best.orbit.extrema.of("x")[1] == pytest.approx(4, rel=1e-11)
+    assert max(best.uncertainty) < 1e-8
+    # |x|^2 has an extremum along W there: a quadratic equation for c.
+    assert slope_of_receptance(*best.values) == pytest.approx(0, abs=1e-7)
+
+
+def slope_of_receptance(frequency, damping, k=0.5, step=1e-5):
+    def size(w):
+        link = 1j * w * damping * k / (k + 1j * w * damping)
+        return abs(1 / (1 - w * w + link))
+
+    return (size(frequency + step) - size(frequency - step)) / (2 * step)
+
+
+def test_ridge_of_cycles():
+    # With b x^2 for x^2 all amplitudes are divided by the root of b.
+    model = sf.System(
+        name="scaled",
+        parameters={"mu": 2.5, "b": 1.0},
+        states={"x": "v", "v": "mu*(1 - b*x^2)*v - x"},
+    )
+    (point,) = peaks(sf.periodic_orbit(model), "mu", (2.5, 4))
+    (locus,) = sf.locus(point, ("mu", "b"), ((2.5, 4), (0.5, 2))).loci
+    assert locus.values[:, 0] == pytest.approx(point.value, abs=1e-8)
+    height = locus.measured * np.sqrt(locus.values[:, 1])
+    assert height == pytest.approx(point.orbit.extrema.of("x")[1][0], rel=1e-10)
+
+
+def test_ridge_of_equilibria():
+    model = sf.System(name="hump", parameters={"p": 0.2, "q": 1.0}, states={"x": "p/(q + p^2) - x"})
+    window = ((0.1, 3), (0.1, 4))
+    (locus,) = ridge(model, "p", (0.2, 3), ("p", "q"), window).loci
+    assert locus.values[:, 0] == pytest.approx(np.sqrt(locus.values[:, 1]), abs=1e-10)
+    assert locus.measured == pytest.approx(0.5 / locus.values[:, 0], abs=1e-10)
+
+
+def test_ridge_of_orbits_that_stick():
+    model = sf.System(
+        name="dry oscillator",
+        parameters={"W": 0.9, "F": 1.0, "mu": 0.5},
+        states={"x": "v", "v": "F*cos(W*t) - 0.1*v - x + R"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
+        contacts={
+            "R": {
+                "slip": "-v",
+                "normal": "1",
+                "friction": {"law": "Coulomb", "mu_s": "mu", "mu_k": "mu"},
+            }
+        },
+    )
+    (point,) = peaks(model, "W", (0.9, 1.1), settled=True)
+    (locus,) = sf.locus(point, ("W", "mu"), ((0.8, 1.1), (0.45, 0.6))).loci
+    assert len(locus) > 2
+    assert np.ptp(locus.values[:, 1]) == pytest.approx(0.15, rel=1e-9)
+    (again,) = peaks(locus.orbit(len(locus) - 1), "W", (0.9, 1.1))
+    assert again.value == pytest.approx(locus.values[-1, 0], abs=1e-7)
+
+
+def test_a_ridge_is_saved_and_drawn(tmp_path):
+    diagram = ridge(LINEAR, "W", (0.6, 1.4), ("W", "F"), ((0.6, 1.4), (0.2, 3)))
+    diagram.save(tmp_path / "ridge.nc")
+    loaded = sf.load(tmp_path / "ridge.nc")
+    assert loaded.loci[0].quantity == "max x"
+    np.testing.assert_array_equal(loaded.loci[0].measured, diagram.loci[0].measured)
+    assert loaded.summary() == diagram.summary()
+    assert "largest max x of period 1" in diagram.summary()
+    assert list(diagram.to_dataframe()["measured"]) == list(diagram.loci[0].measured)
+    assert diagram.plot().get_lines()
+
+
+def test_a_plane_without_the_parameter_of_the_branch_is_refused():
+    (point,) = peaks(LINEAR, "W", (0.6, 1.4))
+    with pytest.raises(sf.InputError, match="the MAX is an extremum along W, which the plane of F"):
+        sf.locus(point, ("F", "D"), ((0.5, 2), (0.05, 0.2)))
