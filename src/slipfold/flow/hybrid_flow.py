@@ -14,6 +14,8 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.affine_events import AffineEvents
+from slipfold.flow.affine_flow import flow_of_rates
 from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import (
@@ -77,7 +79,7 @@ class CompiledMode:
             is_zero(equations.field[index]) for index in self.held
         )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
-        self.flow = Flow(equations)
+        self.flow = flow_of_rates(equations)
         self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
@@ -138,6 +140,11 @@ class CompiledMode:
     def _event_slopes(self) -> Slopes:
         """Derivatives of what is zero at events, in a mode without slow slip."""
         return Slopes([event.expression for event in self._unscaled], self._mode.equations)
+
+    @cached_property
+    def exact(self) -> AffineEvents | None:
+        """Its events in closed form; None if they, or the rates, are not affine."""
+        return AffineEvents.of(self.flow, self.events, lambda: self._event_slopes, self.contacts)
 
     @cached_property
     def powers(self) -> StateFunction:
@@ -391,9 +398,9 @@ class HybridFlow:
             [_over(slips), _over(forces), _over(self._distances(around, constants))]
         )
 
-    def system(self, state: Array, constants: Constants) -> HybridSystem:
+    def system(self, state: Array, constants: Constants, *, energies: bool = True) -> HybridSystem:
         """Return the hybrid system with scales about a state. Shapes: state (n,)."""
-        return HybridSystem(self, constants, self.weights(state, constants))
+        return HybridSystem(self, constants, self.weights(state, constants), energies)
 
     def _distances(self, states: Array, constants: Constants) -> Array:
         """Return how far states are from the limits, shape (m, limits)."""
@@ -422,6 +429,7 @@ class HybridSystem:
     flow: HybridFlow
     constants: Constants
     weights: Array  # one over the scales of slips, frictions and outputs of limits
+    energies: bool = True  # whether they are wanted, which no closed form gives
 
     @property
     def places(self) -> tuple[slice, ...]:
@@ -444,6 +452,8 @@ class HybridSystem:
         self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool = False
     ) -> SmoothPhase:
         """Integrate a state in a mode until the mode changes. Shapes: state (n,)."""
+        if not (self.energies or dense) and (exact := self._exactly(mode, state, begin, end)):
+            return exact
         ready = self.flow.ready(mode, self.constants, self.weights)
         ready.set_out(state, begin)
         if ready.compiled.slow is not None or dense:
@@ -453,6 +463,19 @@ class HybridSystem:
         if not ready.compiled.rests:
             final = ready.compiled.hold(final, time, self.constants)
         return SmoothPhase(mode, begin, time, final, energies, event)
+
+    def _exactly(self, mode: Mode, state: Array, begin: float, end: float) -> SmoothPhase | None:
+        """Do so in closed form, without energies; None where there is none."""
+        compiled = self.flow.mode(mode)
+        if compiled.exact is None or not np.isfinite(state).all():
+            return None
+        found = compiled.exact.first(state, begin, end, self.constants, self.weights)
+        if found is None:
+            return None
+        event, time, final = found
+        if not compiled.rests:
+            final = compiled.hold(final, time, self.constants)
+        return SmoothPhase(mode, begin, time, final, np.zeros(2 * len(mode)), event)
 
     def _run_closely(
         self, ready: ReadyMode, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
@@ -496,7 +519,7 @@ class HybridSystem:
         """Return the system in which a contact sticks without a limit of friction."""
         weights = self.weights.copy()
         weights[len(self.flow.contacts) + contact] *= 2.0**-100
-        return HybridSystem(self.flow, self.constants, weights)
+        return HybridSystem(self.flow, self.constants, weights, self.energies)
 
 
 class _Own(threading.local):

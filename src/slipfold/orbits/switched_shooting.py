@@ -89,7 +89,7 @@ class SwitchedShooting(Shooting):
         It is the minimum speed, over its scale, or the square of the shortest stuck interval, or of
         what a stop leaves unused of friction. None where no slip is slow. Shapes: nodes (m, n).
         """
-        system = self.switched.system(nodes[0], constants)
+        system = self.switched.system(nodes[0], constants, energies=False)
         return min(grazing_distances(system, nodes[0], self.round(nodes, constants)), default=None)
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
@@ -164,7 +164,7 @@ class SwitchedShooting(Shooting):
 
     def flow_at(self, nodes: Array, constants: Constants) -> Flow:
         """Return the flow of the mode at the node. Shapes: nodes (1, n)."""
-        system = self.switched.system(nodes[0], constants)
+        system = self.switched.system(nodes[0], constants, energies=False)
         return self.switched.of(reported_mode(first_mode(system, nodes[0], float(self.start[0]))))
 
     def flows_at(
@@ -225,7 +225,7 @@ class SwitchedShooting(Shooting):
 
     def motion(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
         """Do the same; raise an error where a trajectory cannot continue. Shapes: start (n,)."""
-        system = self.switched.system(start, constants)
+        system = self.switched.system(start, constants, energies=False)
         mode = first_mode(system, start, begin)
         return list(smooth_phases(system, mode, system.held(mode, start, begin), end, begin=begin))
 
@@ -248,7 +248,7 @@ class SwitchedShooting(Shooting):
         for place, node in enumerate(nodes):
             passed = self.passed(node, float(begin[place]), float(end[place]), constants)
             if passed:
-                system = self.switched.system(node, constants)
+                system = self.switched.system(node, constants, energies=False)
                 found = linearized_trajectory(system, node, passed, along)
                 ends[place] = passed[-1][0].state
                 matrices[place], vectors[place] = found.matrix, found.vectors

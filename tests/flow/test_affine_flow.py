@@ -1,0 +1,150 @@
+"""Affine rates in closed form, beside the matrix exponential and beside the integrator."""
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, expm
+
+import slipfold as sf
+from slipfold.flow.affine_events import EventSearch
+from slipfold.flow.affine_flow import (
+    AffineFlow,
+    AffineSolutions,
+    Harmonics,
+    _eigenvectors,
+    divided,
+    harmonics_of,
+    twice_divided,
+)
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.hybrid_flow import hybrid_flow_of
+from slipfold.flow.hybrid_trajectory import first_mode, smooth_phases
+from slipfold.flow.modes import Status
+
+
+def chain(count, load=0.4, **parts):
+    """Masses between springs, the last one rubbing dryly on a wall."""
+    stiffness = 100 * (2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1))
+    model = sf.Structure(
+        np.eye(count),
+        sf.ProportionalDamping(alpha_M=0.02, beta_K=0.002),
+        stiffness,
+        contacts=sf.FrictionContact(f"q{count}", sf.Coulomb(mu_s=0.5, mu_k=0.3), load=load, Vd=0.0),
+        forcing=sf.HarmonicForce("q1", F=3.0),
+        **parts,
+    )
+    return model.replace(f=1.03 * model.natural_frequencies[0])
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-9, 0.3, 0.6, 4.0 + 2j])
+@pytest.mark.parametrize("slow", [0.0, 1e-4j, -0.01])
+def test_divided_differences_are_entries_of_an_exponential(gap, slow):
+    # Opitz: f[a, b, c] stands in the corner of f of a matrix with a, b, c and ones beside them.
+    a, b, c = -0.4 + 3j + gap, -0.4 + 3j + slow, -0.4 + 3j
+    exact = expm(np.array([[a, 1, 0], [0, b, 1], [0, 0, c]]))
+    given = (np.array([item], dtype=complex) for item in (a, b, c))
+    a, b, c = given
+    assert divided(a, b)[0] == pytest.approx(exact[0, 1], rel=1e-13)
+    assert twice_divided(a, b, c)[0] == pytest.approx(exact[0, 2], rel=1e-13)
+
+
+def test_solutions_are_those_of_the_exponential():
+    # Two zero eigenvalues, as where a contact sticks, one of them pushed by a constant; a harmonic
+    # at an undamped frequency; a fast mode
+    rng = np.random.default_rng(4)
+    turns = [np.array([[0, w], [-w, -d]]) for w, d in ((2 * np.pi, 0.0), (200.0, 3.0), (1.0, 5.0))]
+    basis = np.eye(8) + 0.3 * rng.normal(size=(8, 8))
+    matrix = basis @ block_diag(0.0, 0.0, *turns) @ np.linalg.inv(basis)
+    forces = rng.normal(size=(3, 8))
+    both = np.array([forces[1] + 1j * forces[2], 2 * forces[0], forces[1] - 1j * forces[2]]) / 2
+    forcing = Harmonics(2j * np.pi * np.array([-1, 0, 1]), both)
+    change, (pushed, ahead) = rng.normal(size=(8, 8)), rng.normal(size=(2, 8))
+
+    # The same as an autonomous system: the states with cosine and sine, and their variation
+    turn = block_diag(0.0, [[0, -2 * np.pi], [2 * np.pi, 0]])
+    whole = np.block(
+        [[matrix, np.stack([forces[0], forces[1], forces[2]]).T], [np.zeros((3, 8)), turn]]
+    )
+    varied = np.zeros((11, 11))
+    varied[:8, :8], varied[:8, 8], varied[:8, 9] = change, pushed, ahead
+    block = np.block([[whole, np.zeros((11, 11))], [varied, whole]])
+
+    begin, times, first = np.array([0.2, 0.9]), np.array([0.05, 0.8]), rng.normal(size=(2, 8))
+    solutions = AffineSolutions.of(_eigenvectors(matrix), 1.0, forcing)
+    start = first @ solutions.into.T
+    moved = (solutions.motions(start, begin, times[:, None])[:, 0] @ solutions.shapes.T).real
+    own = Harmonics(2j * np.pi * np.array([-1, 0, 1]), np.array([ahead, 2 * pushed, ahead]) / 2)
+    along = solutions.along(start, begin, times, change[None], own)
+    for row in range(2):
+        angle = 2 * np.pi * begin[row]
+        given = np.concatenate([first[row], [1, np.cos(angle), np.sin(angle)], np.zeros(11)])
+        exact = expm(times[row] * block)
+        end = exact @ given
+        size = np.abs(end).max()
+        assert np.abs(moved[row] - end[:8]).max() < 1e-12 * size
+        assert np.abs(along[row, :, 0] - end[11:19]).max() < 1e-11 * size
+        assert np.abs(solutions.transitions(times)[row] - exact[:8, :8]).max() < 1e-11
+
+
+def test_forcing_is_a_sum_of_few_harmonics_or_none():
+    units, orders = np.array([1.0, 1e3]), np.array([0, 3, 40])
+
+    def periodic(phases):
+        values = np.cos(2 * np.pi * np.outer(phases, orders) + orders)
+        return (values @ [[1, 0], [0.1, 500], [1e-3, 0]])[:, None]
+
+    found = harmonics_of(periodic, units, 0.0)
+    assert np.unique(np.abs(found.exponents.imag) / (2 * np.pi)).round(9).tolist() == [0, 3, 40]
+    phases = np.random.default_rng(1).uniform(0, 5, 20)
+    assert np.abs(found.at(phases) - periodic(phases)[:, 0]).max() < 1e-10
+    assert harmonics_of(lambda at: np.abs(np.cos(at))[:, None, None], np.ones(1), 0.0) is None
+    assert harmonics_of(lambda at: at[:, None, None], np.ones(1), 0.0) is None
+    # Rounding errors of what is as good as zero are no forcing.
+    noise = np.random.default_rng(2)
+    small = harmonics_of(lambda at: 1e-17 * noise.normal(size=(len(at), 1, 2)), units, 1.0)
+    assert len(small.exponents) == 0
+
+
+@pytest.mark.parametrize("status", [Status.STICK, Status.FORTH])
+def test_modes_are_linearized_as_by_the_integrator(status):
+    model = chain(4, load=sf.ModulatedLoad(Ns=0.4, Nd=0.1))
+    flow, constants = hybrid_flow_of(model).of((status,)), flow_of(model).constants_of(model)
+    assert isinstance(flow, AffineFlow)
+    scales = model.state_scales()
+    states = scales * np.random.default_rng(3).normal(size=(3, 8))
+    begin, end = np.array([0.1, 0.3, 0.7]), np.array([0.15, 0.6, 1.6])
+    given = states, begin, end, constants, constants.rates
+    assert flow.solutions(constants) is not None
+    for own, exact in zip(flow.linearize(*given), Flow.linearize(flow, *given), strict=True):
+        assert np.abs(own - exact).max() < 1e-11 * np.abs(exact).max()
+    ends = flow.advance(*given[:4])
+    assert np.abs(ends - flow.linearize(*given)[0]).max() < 1e-13 * np.abs(ends).max()
+
+
+def test_events_are_those_of_the_integrator(monkeypatch):
+    monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=8))
+    model = chain(4)
+    flow, constants = hybrid_flow_of(model), flow_of(model).constants_of(model)
+    start, passed = np.zeros(8), []
+    for energies in (True, False):
+        system = flow.system(start, constants, energies=energies)
+        mode = first_mode(system, start)
+        passed.append(list(smooth_phases(system, mode, start, 12.0)))
+    assert len(passed[0]) > 20
+    assert {Status.STICK, Status.FORTH, Status.BACK} == {part.mode[0] for part, _ in passed[0]}
+    for (one, _), (other, _) in zip(*passed, strict=True):
+        assert one.mode == other.mode
+        assert one.end == pytest.approx(other.end, abs=1e-10)
+        assert np.abs((one.state - other.state) / model.state_scales()).max() < 1e-10
+    assert not passed[1][0][0].energies.any()
+
+
+def test_a_free_mass_has_too_few_eigenvectors():
+    free = sf.Structure(
+        np.eye(4),
+        K=np.zeros((4, 4)),
+        contacts=sf.FrictionContact("q1", sf.Coulomb(mu_k=0.3), load=1.0, Vd=0.0),
+        forcing=sf.HarmonicForce("q1", F=3.0),
+    )
+    flow, constants = hybrid_flow_of(free).of((Status.FORTH,)), flow_of(free).constants_of(free)
+    assert isinstance(flow, AffineFlow)
+    assert flow.solutions(constants) is None
