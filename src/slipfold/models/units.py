@@ -33,6 +33,9 @@ _QUANTITY = re.compile(
 )
 """The page reads numbers in the same way, without arithmetic: explorer/page/quantities.js."""
 
+_COMMA = re.compile(r"\s*[-+−]?[0-9]+,[0-9]+(?![0-9.,])")
+"""What is meant as a decimal comma: one that digits and no point surround."""
+
 _MISSPELLED = {
     **{unit.lower(): unit for unit in ("Hz", "kHz", "MHz", "rad", "deg", "kg", "kN", "cm", "rev")},
     **dict.fromkeys(("sec", "secs", "second", "seconds", "ss"), "s"),
@@ -96,6 +99,8 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     if calculated is not None:
         return calculated
     wrong = f"has the unit {suffix!r}" if suffix else "is not a number"
+    if match is None and _COMMA.match(text):
+        wrong = f"has a decimal comma, write {text.strip().replace(',', '.', 1)}"
     raise InputError(f"{name} = {text!r} {wrong}; give {wanted_text(unit)}")
 
 

@@ -68,7 +68,9 @@ def test_the_page_reads_quantities_as_the_command_line_does(explorer):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("f", "12,3", "f = '12,3' is not a number; give a number, or a number with one of the"),
+        ("f", "12,3", "f = '12,3' has a decimal comma, write 12.3; give a number, or a number"),
+        ("f", "13 .. 12", "f = '13 .. 12' is no range; give the smaller end first"),
+        ("f", "12 .. 1,3", "f = '1,3' has a decimal comma, write 1.3; give a number, or a number"),
         ("f", "abc", "f = 'abc' is not a number; give a number, or a number with one of the units"),
         ("Nd", "100 mm", "Nd = '100 mm' has the unit 'mm'; give a number, or a number with one of"),
         ("mu", "1e999", "mu = 1e999 is not a finite number; give >= 0"),
@@ -163,8 +165,27 @@ def test_keys_and_sliders_move_by_round_and_equal_steps(explorer):
     expect(box).to_have_value("12.52")
     explorer.slide("Nd", 0.719473293769)
     explorer.release("Nd")
-    expect(explorer.box("Nd")).to_have_value("0.719")
-    explorer.page.wait_for_url("**p.Nd=0.719&**")
+    expect(explorer.box("Nd")).to_have_value("0.72")  # a pixel is worth 0.014
+    explorer.page.wait_for_url("**p.Nd=0.72&**")
     explorer.slide("Nd", 0.98)
     expect(explorer.box("Nd")).to_have_value("0.98")
     explorer.release("Nd")
+
+
+def test_a_range_that_is_typed_is_the_sliders_and_goes_with_the_link(explorer):
+    explorer.open("model=sliding&p.Nd=0.3")
+    slider, meaning = explorer.slider("Ns"), explorer.page.locator(".meaning")
+    with explorer.redrawn():
+        explorer.type("Ns", "1500 .. 2500 mN")
+    explorer.page.wait_for_url("**range.Ns=1.5~2.5*")
+    assert [slider.get_attribute(end) for end in ("min", "max")] == ["1.5", "2.5"]
+    expect(explorer.box("Ns")).to_have_value("1.5")
+    expect(meaning).to_contain_text("Slider 1.5 .. 2.5; type another range like this.")
+    explorer.type("Nd", "0.1 .. 0.5")
+    expect(explorer.page.get_by_label("Vary to")).to_have_value("0.5")
+    explorer.page.get_by_label("Undo").click()
+    explorer.page.get_by_label("Undo").click()
+    assert slider.get_attribute("max") != "2.5"
+    explorer.open("model=sliding&range.Ns=3~1")
+    expect(explorer.page.get_by_role("alert")).to_contain_text("range.Ns = '3~1' does not grow")
+    explorer.open()

@@ -46,6 +46,20 @@ def test_python_and_toml_are_copied(shown):
     expect(dialog).to_be_hidden()
 
 
+def test_what_a_menu_does_not_have_is_marked_with_the_reason(shown):
+    for panel, name, reason in [
+        ("orbit", "Copy as TOML", "No command computes a single orbit; copy it as Python."),
+        ("simulation", "netCDF", "There is no simulation yet."),
+    ]:
+        item = menu(shown, panel, name)
+        expect(item).to_have_attribute("aria-disabled", "true")
+        expect(item).to_have_attribute("title", reason)
+        item.press("Escape")
+    item = menu(shown, "orbit", "Copy as Python")
+    assert item.get_attribute("aria-disabled") is None
+    item.press("Escape")
+
+
 @pytest.mark.parametrize(
     ("panel", "words"),
     [

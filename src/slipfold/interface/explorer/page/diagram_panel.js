@@ -1,7 +1,7 @@
 /** What stands around the diagram: its controls, pinned curves, special points, checks. */
 
 import { MARKERS, placeOfSpecial } from "./diagram_data.js";
-import { Choice, element, icon, svg } from "./dom.js";
+import { Choice, element, icon, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
 import {
@@ -165,7 +165,7 @@ const SHAPES = {
 export class SpecialPoints {
   /** The element to put on the page. */
   node = element("div", { class: "specials" });
-  #list = element("ul", { "aria-label": "Special points of the diagram" });
+  #list = roving(element("ul", { "aria-label": "Special points of the diagram" }));
   #ends = element("p", { class: "ends" });
   #checked = new CheckedLine();
   #session;

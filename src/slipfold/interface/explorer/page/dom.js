@@ -70,3 +70,33 @@ export class Choice {
     this.#select.value = value;
   }
 }
+
+/** What moves the focus within a list or toolbar: by how many, or to which end. */
+const MOVES = { ArrowRight: 1, ArrowLeft: -1, ArrowDown: 1, ArrowUp: -1 };
+
+/**
+ * Make the buttons within an element one stop of the tabulator; arrow keys move between them.
+ * @param {HTMLElement} node whose buttons may come and go
+ * @returns {HTMLElement} the same
+ */
+export function roving(node) {
+  const items = () => [...node.querySelectorAll("button, summary")].filter((item) =>
+    !item.disabled && !item.closest(".menu") && item.checkVisibility());
+  const stop = (chosen) => items().forEach((item) => set(item, { tabindex: item === chosen ? "0" : "-1" }));
+  const restore = () => {
+    const all = items();
+    if (all.filter(({ tabIndex }) => tabIndex === 0).length !== 1) stop(all.find(({ tabIndex }) => tabIndex === 0) ?? all[0]);
+  };
+  node.addEventListener("focusin", ({ target }) => items().includes(target) && stop(target));
+  node.addEventListener("keydown", (event) => {
+    const all = items();
+    const here = all.indexOf(event.target);
+    const next = { Home: 0, End: all.length - 1 }[event.key] ?? here + MOVES[event.key];
+    if (here < 0 || event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || !all[next]) return;
+    all[next].focus();
+    event.preventDefault();
+  });
+  new MutationObserver(restore).observe(node, { childList: true, subtree: true, attributeFilter: ["disabled", "hidden"] });
+  new ResizeObserver(restore).observe(node);
+  return node;
+}

@@ -4,7 +4,7 @@ import { BasinsPanel } from "./basins.js";
 import { Connection } from "./connection.js";
 import { DiagramControls, Pins, SpecialPoints } from "./diagram_panel.js";
 import { DiagramPlot } from "./diagram_plot.js";
-import { element } from "./dom.js";
+import { element, roving } from "./dom.js";
 import { ModelEditor, readLink } from "./editor.js";
 import { Announcer, Notices, StatusLine, TextDialog } from "./messages.js";
 import { OrbitPanel } from "./orbit.js";
@@ -93,7 +93,8 @@ function build(models, study, { view: given, sentence }) {
   const planeControls = new PlaneControls(session);
   const panels = {
     parameters: panel("parameters", "Parameters", [], new ParameterPanel(session, refusals).node),
-    diagram: panel("diagram", "Response", [pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node],
+    diagram: panel("diagram", "Response", [roving(element("div", { class: "tools", role: "toolbar", "aria-label": "Response" },
+      pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node))],
       new DiagramControls(session).node, diagram.node,
       element("div", { class: "foot" }, pins.legend, new SpecialPoints(session).node), keyHelp()),
     plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, menus.plane.node], planeControls.node,
@@ -122,7 +123,7 @@ function build(models, study, { view: given, sentence }) {
   connection.open();
   session.start();
   refusals.ask();
-  if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start({ isFirst: true });
+  if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start();
   document.getElementById("page").dataset.started = "";
 }
 

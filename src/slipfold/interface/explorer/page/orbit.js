@@ -251,7 +251,7 @@ export class OrbitPanel {
   #schematic = new Schematic();
   #portrait = new PhaseAnimation();
   #stage = element("div", { class: "stage" });
-  #grid = element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node));
+  #grid = element("div", { class: "smalls", tabindex: "0", role: "group", "aria-label": "Pictures of the orbit" }, ...this.#plots.map(({ plot }) => plot.node));
   #player = new Player(this.cursor);
 
   constructor(session) {

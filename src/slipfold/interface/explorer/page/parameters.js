@@ -2,8 +2,8 @@
 
 import { element, icon, set } from "./dom.js";
 import { roundStep, snapped, stepped } from "./plot_tools.js";
-import { display, formatted, parsed, plain, symbol } from "./quantities.js";
-import { withParameter } from "./view.js";
+import { display, formatted, parsed, parsedRange, plain, symbol } from "./quantities.js";
+import { rangeOf, withParameter, withRange } from "./view.js";
 
 const DIGITS = 6;
 
@@ -30,6 +30,7 @@ export class QuantityBox {
   /** The element to put on the page. */
   node;
   #accept;
+  #acceptRange;
   #isRefused = false;
   #quantity = null;
   #value = 0;
@@ -40,9 +41,11 @@ export class QuantityBox {
    * @param {Record<string, string>} attributes of the element
    * @param {(value: number) => (string|void)} accept takes a value in SI units, and may return why it
    * cannot be used
+   * @param {((range: [number, number]) => void)|null} [acceptRange] takes a range where one is typed
    */
-  constructor(attributes, accept) {
+  constructor(attributes, accept, acceptRange = null) {
     this.#accept = accept;
+    this.#acceptRange = acceptRange;
     this.node = element("input", {
       ...attributes, type: "text", class: `number ${attributes.class ?? ""}`, autocomplete: "off",
       spellcheck: "false",
@@ -84,13 +87,20 @@ export class QuantityBox {
     const text = this.node.value;
     let refused = null;
     this.#isEdited = false;
-    if (text.trim() !== "") {
-      const { value, sentence } = parsed(text, this.#quantity, display(this.#quantity).si);
-      refused = sentence ?? this.#accept(value) ?? null;
-    }
+    if (text.trim() !== "") refused = this.#read(text);
     this.#isEdited = refused !== null;
     this.#tell(refused);
     if (!refused) this.#restore();
+  }
+
+  /** Take what a text says; return why it cannot be used, or null. */
+  #read(text) {
+    const { si } = display(this.#quantity);
+    const { range, sentence } = (this.#acceptRange && parsedRange(text, this.#quantity, si)) ?? {};
+    if (range) this.#acceptRange(range);
+    if (range || sentence) return sentence ?? null;
+    const { value, sentence: wrong } = parsed(text, this.#quantity, si);
+    return wrong ?? this.#accept(value) ?? null;
   }
 
   /** Say beside the box why its text is refused; null where it is not. */
@@ -122,8 +132,7 @@ export class QuantityBox {
 
 const BACK = "M8 3a5 5 0 1 1-4.6 3M3 2.5V6h3.5";
 
-/** What a slider that is dragged moves by, and one that is moved by keys, over its range. */
-const FINE = 0.001;
+/** What a slider moves by where keys move it, over its range; where it is dragged, a pixel's worth. */
 const COARSE = 0.005;
 
 const SLIDER_COUNTS = {
@@ -138,20 +147,24 @@ class ParameterControl {
   #back;
   #parameter;
   #shown;
+  #commit;
 
   /**
    * @param {object} parameter as the server describes it
-   * @param {{preview: (value: number) => void, commit: (value: number) => void}} wishes SI units
+   * @param {{preview: (value: number) => void, commit: (value: number) => void,
+   *   widen: (range: [number, number]) => void}} wishes SI units
    */
-  constructor(parameter, { preview, commit }) {
+  constructor(parameter, { preview, commit, widen }) {
     const { unit, factor } = display(parameter);
     this.#parameter = parameter;
+    this.#commit = commit;
     this.#shown = display(parameter);
     const id = `parameter-${parameter.name}`;
     const name = `${parameter.label ?? parameter.name}: ${parameter.doc}`;
     const label = `${name}${unit ? `, in ${unit}` : ""}`;
     this.#slider = element("input", {
-      type: "range", id: `${id}-slider`, "aria-label": label, min: "0", max: "1", step: "any",
+      // The box takes the same keys, so that one stop of the tabulator is enough.
+      type: "range", id: `${id}-slider`, "aria-label": label, min: "0", max: "1", step: "any", tabindex: "-1",
       on: {
         input: () => preview(this.#sliderValue()),
         change: () => commit(this.#sliderValue()),
@@ -159,7 +172,7 @@ class ParameterControl {
       },
     });
     this.#box = new QuantityBox(
-      { id: `${id}-box`, "aria-label": `${label}, number` }, commit);
+      { id: `${id}-box`, "aria-label": `${label}, number` }, commit, widen);
     this.#back = element("button", {
       type: "button", class: "quiet back", "aria-label": `${parameter.name} back to its default`,
       title: `Back to ${formatted(parameter.value * factor, DIGITS)}${unit ? ` ${unit}` : ""}`,
@@ -207,7 +220,7 @@ class ParameterControl {
   #sliderValue() {
     const [low, high, value] = this.#numbers();
     const isEnd = value <= low || value >= high;
-    const shown = isEnd ? value : snapped(value, roundStep(high - low, FINE));
+    const shown = isEnd ? value : snapped(value, roundStep(high - low, 1 / Math.max(this.#slider.clientWidth, 1)));
     return Math.min(Math.max(shown, low), high) * this.#shown.si;
   }
 
@@ -222,9 +235,7 @@ class ParameterControl {
     event.preventDefault();
     const [low, high, value] = this.#numbers();
     const moved = stepped(value, roundStep(high - low, COARSE), count * (event.shiftKey ? 5 : 1));
-    this.#slider.value = String(moved);
-    this.#slider.dispatchEvent(new Event("input"));
-    this.#slider.dispatchEvent(new Event("change"));
+    this.#commit(Math.min(Math.max(moved, low), high) * this.#shown.si);
   }
 }
 
@@ -258,10 +269,11 @@ export class ParameterPanel {
     if (model !== this.#model) this.#build(model);
     for (const parameter of model.parameters) {
       const isVaried = parameter.name === view.vary;
-      const bounds = isVaried ? view.span : [parameter.low, parameter.high];
+      const bounds = isVaried ? view.span : rangeOf(view, parameter);
       const value = view.parameters[parameter.name];
       this.#controls.get(parameter.name).show(value, bounds, isVaried);
     }
+    this.#explain();
   }
 
   #build(model) {
@@ -272,17 +284,24 @@ export class ParameterPanel {
       const control = new ParameterControl(parameter, {
         preview: (value) => store.preview(changed(value)),
         commit: (value) => store.commit(changed(value)),
+        widen: (range) => store.commit(withRange(this.#session.view, parameter.name, range)),
       });
       return [parameter.name, control];
     }));
     this.#rows.replaceChildren(...[...this.#controls.values()].map(({ node }) => node));
-    this.#explain();
   }
 
   /** Say what the parameter under the pointer is, else that which has the focus. */
   #explain() {
     const row = this.#rows.querySelector(".parameter:hover") ?? this.#rows.querySelector(".parameter:focus-within");
     const parameter = this.#model.parameters.find(({ name }) => name === row?.dataset.name);
-    this.#meaning.textContent = parameter ? `${parameter.label ?? parameter.name}: ${parameter.doc}` : "";
+    this.#meaning.textContent = parameter ? `${parameter.label ?? parameter.name}: ${parameter.doc}. ${this.#rangeText(parameter)}` : "";
+  }
+
+  #rangeText(parameter) {
+    const { view } = this.#session;
+    const ends = parameter.name === view.vary ? view.span : rangeOf(view, parameter);
+    const [low, high] = ends.map((end) => plain(end * display(parameter).factor));
+    return `Slider ${low} .. ${high}; type another range like this.`;
   }
 }

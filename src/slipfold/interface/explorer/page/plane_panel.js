@@ -130,7 +130,7 @@ function shadeKeys({ regions }) {
 
 export class PlaneLegend {
   /** The element to put on the page. */
-  node = element("ul", { class: "plane-legend", "aria-label": "Lines and areas of the plane" });
+  node = element("ul", { class: "plane-legend", tabindex: "0", "aria-label": "Lines and areas of the plane" });
 
   /**
    * @param {object|null} plane the server's answer, or as far as it has come

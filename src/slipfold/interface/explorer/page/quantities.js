@@ -69,6 +69,23 @@ export function axisTitle(quantity) {
 const QUANTITY =
   /^\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))(\s*[^0-9.,\s].*?|\s+1\/.*?|)\s*$/i;
 
+/** What is meant as a decimal comma: one that digits and no point surround. */
+const COMMA = /^\s*[-+−]?[0-9]+,[0-9]+(?![0-9.,])/;
+
+/**
+ * Read two quantities, e.g. "1 .. 2.5 mm"; a unit of the second alone is that of both.
+ * @returns {{range: [number, number]}|{sentence: string}|null} null where the text is no range
+ */
+export function parsedRange(text, quantity, usual = 1) {
+  const ends = text.split(/\s*(?:\.\.+|…)\s*/);
+  if (ends.length !== 2) return null;
+  const unit = /[0-9.]\s*$/.test(ends[0]) ? ends[1].match(/[^0-9.,\s][^0-9]*$/)?.[0] ?? "" : "";
+  const [low, high] = [`${ends[0]} ${unit}`, ends[1]].map((end) => parsed(end, quantity, usual));
+  if (low.sentence || high.sentence) return { sentence: low.sentence ?? high.sentence };
+  if (!(low.value < high.value)) return { sentence: `${quantity.name} = '${text}' is no range; give the smaller end first` };
+  return { range: [low.value, high.value] };
+}
+
 /**
  * Read a quantity.
  * a parameter as the server describes it
@@ -77,7 +94,10 @@ const QUANTITY =
  */
 export function parsed(text, { name, units, wanted, bounds }, usual = 1) {
   const match = QUANTITY.exec(text);
-  if (!match) return { sentence: `${name} = '${text}' is not a number; give ${wanted}` };
+  if (!match) {
+    const wrong = COMMA.test(text) ? `has a decimal comma, write ${text.trim().replace(",", ".")}` : "is not a number";
+    return { sentence: `${name} = '${text}' ${wrong}; give ${wanted}` };
+  }
   const digits = match[1];
   const unit = match[2].trimStart();
   if (unit && !Object.hasOwn(units, unit)) {

@@ -57,9 +57,13 @@ export class Store {
     this.#show(view, false);
   }
 
-  /** Remember the view that is shown, to come back to it whatever is amended. */
+  /**
+   * Remember the view that is shown, to come back to it whatever is amended.
+   * @returns {object} the view that an undo will show
+   */
   mark() {
     this.#remember();
+    return this.#committed;
   }
 
   /** Add what the page found out by itself; that is nothing to undo. */

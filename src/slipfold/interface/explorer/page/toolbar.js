@@ -1,7 +1,7 @@
 /** The bar at the top: models, files to save, the tour. */
 
 import { withText } from "./connection.js";
-import { Choice, element, icon } from "./dom.js";
+import { Choice, element, icon, roving, set } from "./dom.js";
 import { offered } from "./editor.js";
 import { apply, choice, nextChoice } from "./theme.js";
 import { initialView, isShort } from "./view.js";
@@ -84,33 +84,51 @@ export class ExportMenu {
     this.#name = name;
     this.#dialog = dialog;
     this.#say = say;
-    const item = (text, act) => element("button", {
-      type: "button", role: "menuitem", on: { click: () => this.#act(act) },
+    const item = (text, act, isCommand = false) => element("button", {
+      type: "button", role: "menuitem", on: { click: () => this.#act(act, isCommand) }, "data-command": isCommand,
     }, text);
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
       ...(source.table ? [] : [
         item("Copy as Python", () => this.#text("python", "Python")),
-        item("Copy as TOML", () => this.#text("toml", "TOML")),
+        item("Copy as TOML", () => this.#text("toml", "TOML"), true),
       ]),
       item("PNG", () => this.#picture("png")), item("SVG", () => this.#picture("svg")),
       ...(source.table ? [item("CSV", () => this.#table())]
         : [item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc"))]));
     this.node = element("details", { class: "export" },
       element("summary", { "aria-label": `Export the ${name}`, title: "Copy or save" }, icon(SHARE)), menu);
+    this.node.addEventListener("toggle", () => this.node.open && this.#refuse(menu.children));
     this.node.addEventListener("focusout", (event) => {
       if (!this.node.contains(event.relatedTarget)) this.node.open = false;
     });
     this.node.addEventListener("keydown", (event) => this.#key(event, [...menu.children]));
   }
 
-  async #act(act) {
+  /** Mark what cannot be had now, with the reason. */
+  #refuse(items) {
+    for (const item of items) {
+      const reason = this.#refusal("command" in item.dataset);
+      set(item, { "aria-disabled": reason && "true", title: reason });
+    }
+  }
+
+  /** @param {boolean} isCommand whether what is wanted is a command of the command line */
+  #refusal(isCommand) {
+    if (this.#source.table) return null;
+    const request = this.#source.request();
+    if (!request) return `There is no ${this.#name} yet.`;
+    return isCommand && request.kind === "orbit" ? "No command computes a single orbit; copy it as Python." : null;
+  }
+
+  async #act(act, isCommand) {
+    const reason = this.#refusal(isCommand);
+    if (reason) {
+      this.#say(reason);
+      return;
+    }
     this.node.open = false;
     // What has the focus now gets it back from a dialog, and the items of a closed menu cannot.
     this.node.querySelector("summary").focus();
-    if (!this.#source.table && !this.#source.request()) {
-      this.#say(`There is no ${this.#name} yet.`);
-      return;
-    }
     try {
       await act();
     } catch (error) {
@@ -196,8 +214,8 @@ export class Toolbar {
     }, "Tour");
     this.node = element("header", { class: "masthead" },
       element("h1", {}, "slipfold ", element("span", {}, "explore")), this.#model.node,
-      element("span", { class: "tools" }, editor.opener, this.#undo, this.#redo, link),
-      element("span", { class: "tools end" }, status, tourButton, this.#theme));
+      roving(element("span", { class: "tools", role: "toolbar", "aria-label": "View" },
+        editor.opener, this.#undo, this.#redo, link, tourButton, this.#theme)), status);
     store.changed.subscribe(() => this.#show());
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#showTheme();

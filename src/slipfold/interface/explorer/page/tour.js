@@ -131,6 +131,7 @@ export class Tour {
   #session;
   #parts;
   #step = -1;
+  #before = null;
   #title = element("h2", { id: "tour-title", tabindex: "-1" });
   #text = element("p", {});
   #count = element("span", { class: "count" });
@@ -152,15 +153,17 @@ export class Tour {
       button("Skip the tour", () => this.end(), "quiet"), this.#back, this.#next));
     this.node.addEventListener("keydown", (event) => event.key === "Escape" && this.end());
     session.diagramArrived.subscribe(() => this.#tell());
+    // An undo that comes back to what the reader had before has left the tour.
+    session.store.changed.subscribe(({ view }) => this.#step >= 0 && view === this.#before && this.end());
   }
 
   /**
-   * Begin, from the first step. What the reader had before can be had again by an undo.
-   * @param {{isFirst?: boolean}} [how] isFirst: there was nothing before
+   * Begin, from the first step. What the reader had before can be had again by an undo, which
+   * ends the tour.
    */
-  start({ isFirst = false } = {}) {
+  start() {
     this.node.hidden = false;
-    if (!isFirst) this.#session.store.mark();
+    this.#before = this.#session.store.mark();
     this.#go(0);
     this.#title.focus({ preventScroll: true });
   }

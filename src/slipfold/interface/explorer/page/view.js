@@ -33,12 +33,25 @@ export function initialView(model) {
     pins: [],
     plane: model.plane ?? null,
     zoom: null,
+    ranges: {},
   };
 }
 
 /** A view with one parameter changed. */
 export function withParameter(view, name, value) {
   return { ...view, parameters: { ...view.parameters, [name]: value } };
+}
+
+/** A view with another range of a parameter's slider; what is varied has its span. */
+export function withRange(view, name, range) {
+  const next = withParameter(view, name, inside(view.parameters[name], range));
+  if (name === view.vary) return { ...next, span: range, zoom: null };
+  return { ...next, ranges: { ...view.ranges, [name]: range } };
+}
+
+/** The range of a parameter's slider. */
+export function rangeOf({ ranges }, { name, low, high }) {
+  return ranges[name] ?? [low, high];
 }
 
 /** A view along another parameter. */
@@ -144,6 +157,7 @@ export function addressOf(view, model) {
   if (view.zoom) put("zoom", [...view.zoom.x, ...view.zoom.y].map(digits).join("~"));
   if (!same(view.plane, usual.plane)) put("plane", view.plane ? planeText(view.plane) : "none");
   if (model.text && isShort(model)) put("text", model.text);
+  for (const [name, range] of Object.entries(view.ranges)) put(`range.${name}`, range.map(digits).join("~"));
   for (const pin of view.pins) {
     const inner = new URLSearchParams({ name: pin.name });
     for (const [name, text] of changed(pin.parameters, usual.parameters)) inner.set(name, text);
@@ -243,6 +257,7 @@ class AddressReader {
       at: at && { branch: at[0], y: at[1] },
       zoom: zoom && { x: zoom.slice(0, 2), y: zoom.slice(2) },
       plane: this.#plane(usual.plane),
+      ranges: this.#ranges(),
       pins: this.#query.getAll("pin").slice(0, MOST_PINS).map((inner, i) => this.#pin(inner, i + 1, usual)),
     };
   }
@@ -267,6 +282,15 @@ class AddressReader {
   #span() {
     const span = this.#numbers("span", 2);
     return span && span[0] === span[1] ? this.#fault("span", "is empty") : span;
+  }
+
+  #ranges() {
+    const names = this.#model.parameters.map(({ name }) => name).filter((name) => this.#query.has(`range.${name}`));
+    const read = (name) => {
+      const range = this.#numbers(`range.${name}`, 2);
+      return range && range[0] >= range[1] ? this.#fault(`range.${name}`, "does not grow") : range;
+    };
+    return Object.fromEntries(names.map((name) => [name, read(name)]).filter(([, range]) => range));
   }
 
   #plane(usual) {
@@ -304,7 +328,7 @@ class AddressReader {
 
   #refuseUnknown(parameters) {
     for (const key of new Set(this.#query.keys())) {
-      const name = key.startsWith("p.") ? key.slice(2) : null;
+      const [, name = null] = /^(?:p|range)\.(.*)$/.exec(key) ?? [];
       if (name !== null && !(name in parameters)) this.#unknown(name);
       else if (name === null && !KEYS.includes(key)) this.#fault(key, "says nothing here");
     }
