@@ -17,11 +17,16 @@ from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
+from slipfold.models.levels import reference_of, unit_of
+from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import POINT_TYPES, REQUESTED_TYPES
 from slipfold.orbits.extrema import Extrema
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What a figure may show of an output over an orbit."""
+
+RMS, LEVEL = "rms", "level"
+"""What it shows as means: a level in dB is re that of ISO 1683, or is ``level re 1 um``."""
 
 STUCK = "stuck_fraction"
 """What it may show of its contacts instead, whatever the output."""
@@ -81,13 +86,31 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
     if output not in extrema.names:
         raise InputError(f"output {output!r} is unknown; give one of {', '.join(extrema.names)}")
     if measure not in MEASURES:
-        names = ", ".join((*MEASURES, STUCK))
+        names = ", ".join((*MEASURES, RMS, LEVEL, STUCK))
         raise InputError(f"measure {measure!r} is unknown; give one of {names}")
     return extrema.measured(measure, output)
 
 
+def is_level(measure: str) -> bool:
+    """Whether a measure is a level in dB."""
+    return measure == LEVEL or measure.startswith(f"{LEVEL} re ")
+
+
+def _reference(measure: str) -> str | None:
+    return measure.removeprefix(LEVEL).removeprefix(" re ") or None
+
+
+def level_unit(model: Model, output: str, measure: str) -> str:
+    """Return the unit of a level: dB and its reference."""
+    return f"dB re {reference_of(unit_of(model, output), _reference(measure)).text}"
+
+
 def measured_along(branch: Branch, output: str, measure: str) -> Array:
     """Return what a figure shows along a branch, shape (n_points,)."""
+    if measure == RMS:
+        return branch.rms(output)
+    if is_level(measure):
+        return branch.level(output, _reference(measure))
     if measure != STUCK:
         return measure_of(branch.extrema_of(output), output, measure)
     if branch.stuck_fraction is None:
@@ -102,6 +125,10 @@ def measured_at(point: SpecialPoint, output: str, measure: str) -> float:
     """Return what a figure shows at a special point."""
     if measure == STUCK:
         return float(np.nan_to_num(point.stuck_fraction))
+    if measure == RMS:
+        return point.orbit.rms(output)
+    if is_level(measure):
+        return point.orbit.level(output, _reference(measure))
     return float(measure_of(point.orbit.extrema_of(output), output, measure)[0])
 
 
@@ -210,7 +237,7 @@ def torus_segments(tori: TorusBranch, output: str, measure: str = "max") -> tupl
     there may be many in one place and few in another, between which no polynomial swings. Across
     circles that were left out there is no line.
     """
-    if len(tori) < 2 or measure == STUCK:
+    if len(tori) < 2 or measure in (STUCK, RMS) or is_level(measure):
         return ()
     parameter, value = tori.parameter, measure_of(tori.extrema, output, measure)
     steps = [np.diff(item) / (np.ptp(item) or 1.0) for item in (parameter, value)]

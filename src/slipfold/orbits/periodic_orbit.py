@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,6 +19,7 @@ from slipfold.flow.hybrid_trajectory import first_mode
 from slipfold.flow.modes import Mode, reported_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
+from slipfold.models.levels import POWERS, reference_of, unit_of
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema, revolutions_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -215,9 +217,59 @@ class PeriodicOrbit(OneLine):
         >>> abs(orbit.mean("v")) < 1e-12
         True
         """
+        return self._mean_power(output, 1)
+
+    def rms(self, output: str) -> float:
+        """Return the root mean square of one output over the period, its mean included.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+
+        Examples
+        --------
+        >>> import slipfold as sf
+        >>> orbit = sf.periodic_orbit(sf.built_in_models()["duffing"](W=0.5))
+        >>> orbit.rms("v") > abs(orbit.mean("v"))
+        True
+        """
+        return math.sqrt(self._mean_power(output, 2))
+
+    def level(self, output: str, reference: float | str | None = None) -> float:
+        """Return the level of one output in dB.
+
+        It is 20 times the decimal logarithm of the root mean square over the reference; of powers
+        and energies, 10 times that of the modulus of the mean over the reference.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        reference
+            In the unit of the output, or text with a unit, such as ``"1 um"``; that of ISO 1683 if
+            None: 1 pm, 1 nm/s, 1 um/s^2, 1 uN, 20 uPa, 1 pJ or 1 pW.
+
+        Raises
+        ------
+        InputError
+            If there is no such output, for a reference in another unit, or if none is given for an
+            output without standard one.
+        """
+        unit = unit_of(self.model, output)
+        size = abs(self.mean(output)) if unit in POWERS else self.rms(output)
+        return reference_of(unit, reference).level(size)
+
+    def _mean_power(self, output: str, power: int) -> float:
+        """Return the mean of a power of one output."""
         count, before = MEANS.fewest * self.period, np.inf
         while True:
-            values = self.output(output, count)[1]
+            values = self.output(output, count)[1] ** power
             mean = float(values.mean())
             settled = abs(mean - before) <= MEANS.change * float(np.abs(values).mean())
             if settled or count >= MEANS.most * self.period:

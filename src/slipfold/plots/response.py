@@ -20,6 +20,8 @@ from slipfold.lines import (
     STABLE,
     STUCK,
     branch_segments,
+    is_level,
+    level_unit,
     measured_along,
     measured_at,
     torus_segments,
@@ -139,8 +141,10 @@ def draw_family(
     ax = axes_or_new(ax)
     if measure == STUCK:
         ax.set_ylabel("fraction of the period in which a contact sticks")
+    elif is_level(measure):
+        ax.set_ylabel(f"level of {output} ({level_unit(first.model, output, measure)})")
     else:
-        label_output(ax, "y", first.model, output, MEASURE_NAMES.get(measure, ""))
+        label_output(ax, "y", first.model, output, MEASURE_NAMES.get(measure, measure))
     colors = palette(len(diagrams)) if colors is None else colors
     for diagram, color in zip(diagrams, colors, strict=True):
         for branch in diagram.branches:

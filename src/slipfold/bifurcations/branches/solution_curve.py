@@ -224,6 +224,38 @@ class OrbitSeries(SolutionCurve):
             return self.extrema
         return self._extrema_of(slice(None), (output,))
 
+    def rms(self, output: str) -> Array:
+        """Return the root mean square of one output over each orbit, its mean included.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        return np.array([self.orbit(index).rms(output) for index in range(len(self))])
+
+    def level(self, output: str, reference: float | str | None = None) -> Array:
+        """Return the level of one output over each orbit in dB, shape (n_points,).
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        reference
+            As of `PeriodicOrbit.level`.
+
+        Raises
+        ------
+        InputError
+            If there is no such output, or for a reference that does not fit it.
+        """
+        return np.array([self.orbit(index).level(output, reference) for index in range(len(self))])
+
     def _extrema_of(self, rows: slice, outputs: Sequence[str] | None = None) -> Extrema:
         """Compute the extrema of outputs over some of the orbits."""
         if self.stuck_fraction is None:

@@ -25,8 +25,9 @@ Output = Annotated[
 Measure = Annotated[
     str | None,
     Option(
-        "Of a response or sweep: what to show of each solution; stroboscopic of sweeps only.",
-        metavar="max|min|peak_to_peak|modulus|stuck_fraction|stroboscopic",
+        "Of a response or sweep: what to show of each solution; rms and level, in dB re ISO 1683 "
+        "or as in 'level re 1 um', of responses only, stroboscopic of sweeps only.",
+        metavar="max|min|peak_to_peak|modulus|rms|level|stuck_fraction|stroboscopic",
     ),
 ]
 PlotKind = Annotated[
