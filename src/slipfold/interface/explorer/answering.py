@@ -32,6 +32,7 @@ from slipfold.interface.explorer.motions import send_motion
 from slipfold.interface.explorer.pictures import send_basins, send_regimes
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
 from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.sounds import send_sound
 from slipfold.interface.explorer.sweeps import send_sweep
 from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
@@ -220,6 +221,7 @@ STREAMS: Mapping[str, Callable[..., None]] = {
 VIEWS_OF_SOLUTIONS: Mapping[str, Callable[..., None]] = {
     "simulation": send_simulation,
     "motion": send_motion,
+    "sound": send_sound,
 }
 """What shows a solution, which is kept for further views."""
 

@@ -112,6 +112,7 @@ class SweepRequest(_ResponseRequest):
     kind: Literal["sweep"]
     show: Name
     statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
+    heard: Name | None = None  # output that sounds; what is shown if None
     points: Annotated[int, Field(ge=2, le=500, strict=True)] = 120
     runs: Annotated[tuple[Literal["up", "down"], ...], Field(min_length=1, max_length=2)] = (
         "up",
@@ -228,6 +229,15 @@ class MotionRequest(SolutionRequest):
     window: Annotated[int, Field(ge=1, le=PAGE.window, strict=True)] | None = None
 
 
+class SoundRequest(SolutionRequest):
+    """The end of a simulation as sound."""
+
+    rank: ClassVar[int] = 1
+
+    kind: Literal["sound"]
+    output: Name
+
+
 class ExponentsRequest(TrajectoryRequest):
     """The kind of a solution, by its Lyapunov exponents."""
 
@@ -258,6 +268,7 @@ class CancelRequest(_Request):
         "plane",
         "simulation",
         "motion",
+        "sound",
         "sweep",
         "exponents",
         "basins",
@@ -276,6 +287,7 @@ _View = (
     | PlaneRequest
     | SimulationRequest
     | MotionRequest
+    | SoundRequest
     | SweepRequest
     | ExponentsRequest
     | BasinsRequest

@@ -14,6 +14,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SweepRequest
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, short
 from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.sounds import SOUND, period_of, swept_clip, times_faster
 from slipfold.long_term.classification import reached
 from slipfold.models.model import Model
 from slipfold.progress import Progress
@@ -39,7 +40,7 @@ def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) ->
     """
     axis_of(model, request.show)  # before what takes time
     values = equidistant(model.variable_parameter(request.vary), request.span, request.points)
-    state, ends = model.start, dict[str, str]()
+    state, ends, faster = model.start, dict[str, str](), 0
     if not model.forced:
         model = with_duration(model.replace(**{request.vary: values[0]}), state, None)[0]
     for run in request.runs:
@@ -49,7 +50,17 @@ def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) ->
                 ends[run] = known
                 break
             state = known.states[-1]
-            send({"run": run, "x": float(value), "y": _shown(known, request), "done": False})
+            faster = faster or times_faster(1 / period_of(known))
+            sound = swept_clip(known, request.heard or request.show, faster)
+            send(
+                {
+                    "run": run,
+                    "x": float(value),
+                    "y": _shown(known, request),
+                    "sound": {**sound, "rate": SOUND.swept_rate, "faster": faster},
+                    "done": False,
+                }
+            )
     send({"ends": ends, "done": True})
 
 

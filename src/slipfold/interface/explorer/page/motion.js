@@ -3,6 +3,7 @@
 import { Choice, element } from "./dom.js";
 import { axisTitle, display, formatted } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
+import { SoundControl } from "./sound.js";
 
 /** Lines of a spectrum below the largest by so many decades are not drawn. */
 const DECADES = 6;
@@ -143,6 +144,7 @@ export class MotionPanel {
   #motion = null;
   #asked = "";
   #picked = {};
+  #sound;
   #choices = {
     view: new Choice("View", (view) => this.#turn({ view })),
     across: new Choice("of output", (across) => this.#turn({ across })),
@@ -154,9 +156,10 @@ export class MotionPanel {
   constructor(session, simulation) {
     this.#session = session;
     this.#simulation = simulation;
+    this.#sound = new SoundControl(session, simulation);
     this.node = element("div", { class: "motion", role: "group", "aria-label": "Views of the motion" },
       element("div", { class: "sentence" }, ...Object.values(this.#choices).map(({ node }) => node)),
-      element("div", { class: "smalls" }, ...Object.values(VIEWS).map(({ plot }) => plot.node)));
+      this.#sound.node, element("div", { class: "smalls" }, ...Object.values(VIEWS).map(({ plot }) => plot.node)));
     simulation.changed.subscribe(() => this.#follow());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.model !== before.model) this.#begin();
@@ -175,6 +178,7 @@ export class MotionPanel {
     const { show } = this.#session.view;
     this.#picked = { view: ALL, across: show, up: this.#rateOf(show), window: "", scale: "unit" };
     this.#motion = null;
+    this.#sound.begin(this.#picked.up);
     this.#follow();
   }
 

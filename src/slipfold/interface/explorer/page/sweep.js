@@ -2,6 +2,7 @@
 
 import { element, set, svg } from "./dom.js";
 import { withUnit } from "./quantities.js";
+import { decoded, loudspeaker } from "./sound.js";
 import { Signal } from "./store.js";
 import { sweepRequest } from "./view.js";
 
@@ -19,6 +20,7 @@ export class Sweep {
   words = "";
   #session;
   #key = "";
+  #clips = [];
 
   constructor(session) {
     this.#session = session;
@@ -40,6 +42,7 @@ export class Sweep {
   start() {
     const { view, requests, failed } = this.#session;
     this.runs = nothing();
+    this.#clips = [];
     this.#key = keyOf(view);
     this.isRunning = true;
     this.#tell("Sweeping up…");
@@ -60,16 +63,32 @@ export class Sweep {
     this.#session.requests.cancel("sweep");
     this.#session.failed.announce({ kind: "sweep", sentence: null });
     this.runs = nothing();
+    this.#clips = [];
     this.#key = "";
     this.#rest("");
   }
 
-  #take({ run, x, y, done, ends }) {
+  /** What has come as one sound, as loud as its values are large; null if all of it stands still. */
+  get sound() {
+    const largest = Math.max(...this.#clips.map(({ size }) => size), 0);
+    if (largest === 0) return null;
+    const parts = this.#clips.map(({ samples, size }) => decoded(samples).map((value) => (value * size) / largest));
+    const values = new Float32Array(parts.reduce((sum, part) => sum + part.length, 0));
+    parts.reduce((begin, part) => {
+      values.set(part, begin);
+      return begin + part.length;
+    }, 0);
+    const [{ rate, faster }] = this.#clips;
+    return { values, rate, faster, repeats: false };
+  }
+
+  #take({ run, x, y, sound, done, ends }) {
     if (done) {
       const sentences = Object.entries(ends).map(([name, reason]) => `Swept ${name}, it ended: ${reason}.`);
       this.#rest(sentences.join(" ") || "Swept up and down.");
       return;
     }
+    this.#clips.push(sound);
     const size = y.length > ARROW.few ? ARROW.small : ARROW.size;
     this.runs[run].push(...y.map((value) => ({ x, y: value, size })));
     const vary = this.#session.quantity(this.#session.view.vary);
@@ -138,6 +157,8 @@ export class SweepControl {
   #start;
   #stop;
   #clear;
+  #listen;
+  #silence;
   #words = element("p", { role: "status" });
 
   constructor(sweep) {
@@ -147,18 +168,32 @@ export class SweepControl {
     this.#start.title = "Follow the motion along the diagram, each value from the last state of the one before";
     this.#stop = button("Stop the sweep", () => sweep.stop(), "quiet");
     this.#clear = button("Clear the sweep", () => sweep.clear(), "quiet");
+    this.#listen = button("Hear the sweep", () => this.#hear());
+    this.#silence = button("Silence", () => loudspeaker.stop(), "quiet");
+    this.#silence.hidden = true;
     const keys = RUNS.map((run) => element("span", { class: `key sweep ${run}` }, run));
     this.node = element("div", { class: "sweep-control" },
-      element("div", { class: "sentence" }, this.#start, ...keys, this.#stop, this.#clear), this.#words);
+      element("div", { class: "sentence" }, this.#start, ...keys, this.#stop, this.#listen, this.#silence, this.#clear), this.#words);
     sweep.changed.subscribe(() => this.#show());
     this.#show();
+  }
+
+  #hear() {
+    const sound = this.#sweep.sound;
+    if (!sound) {
+      this.#words.textContent = "It stands still.";
+      return;
+    }
+    loudspeaker.play(sound, () => { this.#silence.hidden = true; });
+    this.#silence.hidden = false;
+    this.#words.textContent = `Heard ${sound.faster === 1 ? "as fast as it is" : `${sound.faster} times faster`}: up, then down.`;
   }
 
   #show() {
     const { isRunning, words, places } = this.#sweep;
     const isAny = places.length > 0;
     this.#stop.hidden = !isRunning;
-    this.#clear.hidden = isRunning || !isAny;
+    this.#clear.hidden = this.#listen.hidden = isRunning || !isAny;
     for (const key of this.node.querySelectorAll(".key")) key.hidden = !isAny;
     this.#words.textContent = words;
     this.node.dataset.state = isRunning ? "running" : isAny ? "done" : "none";

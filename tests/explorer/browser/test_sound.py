@@ -1,0 +1,63 @@
+"""A motion and a sweep are heard; no sound card is needed to tell."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+RENDERED = """
+async () => {
+  const { begun, decoded, lengthOf } = await import("/page/sound.js");
+  const { samples, rate, repeats } = heardLast;
+  const sound = { values: decoded(samples), rate, repeats };
+  const context = new OfflineAudioContext(1, Math.ceil(lengthOf(sound) * 44100), 44100);
+  begun(context, sound);
+  const values = (await context.startRendering()).getChannelData(0);
+  const rising = values.filter((value, i) => i > 0 && values[i - 1] < 0 && value >= 0).length;
+  const peak = values.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0);
+  const ends = [values[0], values.at(-1)].map(Math.abs);
+  return { rising, peak, ends, seconds: lengthOf(sound) };
+}
+"""
+"""Play what was sent last into a context without a loudspeaker."""
+
+KEEP = """
+() => {
+  const parse = JSON.parse;
+  JSON.parse = (text) => {
+    const message = parse(text);
+    if (message?.kind === "sound" && message.samples) window.heardLast = message;
+    return message;
+  };
+}
+"""
+"""Keep the sound that was sent last."""
+
+
+def test_a_motion_and_a_sweep_are_heard(explorer):
+    page = explorer.open("model=duffing&p.W=1.2&span=1.1~1.3").page
+    page.evaluate(KEEP)
+    page.get_by_role("button", name="From rest").click()
+    sound = page.locator(".sound")
+    expect(sound.get_by_label("Hear")).to_have_value("v")
+    sound.get_by_role("button", name="Listen").click()
+    # 0.19 Hz is heard nine octaves above.
+    expect(sound.get_by_role("status")).to_have_text(
+        re.compile(r"^0\.191.Hz, heard 512 times faster at 97\.78.Hz$")
+    )
+    expect(sound.get_by_role("button", name="Silence")).to_be_visible()
+    told = page.evaluate(RENDERED)
+    assert told["seconds"] == 3
+    assert told["rising"] == pytest.approx(3 * 97.78, abs=2)
+    assert told["peak"] == pytest.approx(0.8, abs=0.01)
+    assert max(told["ends"]) < 0.01
+    sound.get_by_role("button", name="Silence").click()
+    expect(sound.get_by_role("button", name="Silence")).to_be_hidden()
+    page.get_by_role("button", name="Sweep up and down").click()
+    page.wait_for_function("() => document.querySelector('.sweep-layer .up').dataset.count >= 10")
+    page.get_by_role("button", name="Stop the sweep").click()
+    page.get_by_role("button", name="Hear the sweep").click()
+    expect(page.locator(".sweep-control [role=status]")).to_have_text(
+        "Heard 512 times faster: up, then down."
+    )
+    page.locator(".sweep-control").get_by_role("button", name="Silence").click()
