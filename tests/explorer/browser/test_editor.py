@@ -100,3 +100,21 @@ def test_the_mechanism_of_a_file_is_drawn_and_moves(explorer):
         "(slider) => { slider.value = 0.123; slider.dispatchEvent(new Event('input')); }"
     )
     assert moving.get_attribute("d") != before
+
+
+def test_a_law_is_chosen_and_its_coefficient_follows_the_sliders(explorer):
+    explorer.open(urlencode({"model": "belt", "text": BELT, "span": "1.6~1.4"}))
+    page = explorer.page
+    curve = page.locator("#plot-law svg")
+    page.get_by_label("Contact", exact=True).select_option("1")
+    expect(curve).to_have_attribute("aria-label", re.compile("of rear: 0.5 at rest"))
+    explorer.slide("mu_s_rear", 0.7)
+    expect(curve).to_have_attribute("aria-label", re.compile("of rear: 0.7 at rest"))
+    explorer.release("mu_s_rear")
+    with explorer.redrawn():
+        page.get_by_label("Friction", exact=True).select_option("RationalStribeck")
+    assert explorer.slider("d_rear").count() == 1
+    assert explorer.slider("vs_rear").count() == 0
+    assert explorer.slider("vs_front").count() == 1
+    page.keyboard.press("Control+z")
+    expect(explorer.slider("vs_rear")).to_have_count(1)

@@ -18,6 +18,7 @@ from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.curves import PlaneProgress, diagram_note, diagram_view, plane_view
 from slipfold.interface.explorer.export import python_text, toml_text, written
+from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     ExportRequest,
@@ -215,6 +216,7 @@ STREAMS: Mapping[str, Callable[..., None]] = {
     "basins": send_basins,
     "regimes": send_regimes,
     "sweep": send_sweep,
+    "friction": send_friction,
 }
 """What answers a request by more than one view of its model."""
 

@@ -22,6 +22,7 @@ from slipfold.interface.explorer.export import MEDIA_TYPES, SUFFIXES
 from slipfold.interface.explorer.messages import (
     CancelRequest,
     ExportRequest,
+    LawRequest,
     MeasurementsRequest,
     ModelRequest,
     PostedRequest,
@@ -295,6 +296,11 @@ def _add_interface(
     @app.post("/api/model", response_model=dict[str, Any], responses=REFUSED)
     async def written(request: ModelRequest) -> Response:
         """Make the model of a text: return its description, or what is wrong with it and where."""
+        return await answers.by_worker(request)
+
+    @app.post("/api/law", response_model=dict[str, str], responses=REFUSED)
+    async def law(request: LawRequest) -> Response:
+        """Return the text of a model with another friction law in a contact."""
         return await answers.by_worker(request)
 
     @app.post("/api/export", response_class=PlainTextResponse, responses=A_FILE | REFUSED)

@@ -40,8 +40,9 @@ class Catalogue:
         built_in = {name: make() for name, make in built_in_models().items()}
         first = {} if given is None else {_key(given.name): given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
-        folder = None if file is None else file.parent
-        self._written = lru_cache(PAGE.texts)(partial(model_of_text, folder=folder))
+        # Where texts may name files with matrices; None if they may name none
+        self.folder = None if file is None else file.parent
+        self._written = lru_cache(PAGE.texts)(partial(model_of_text, folder=self.folder))
 
     @property
     def names(self) -> tuple[str, ...]:

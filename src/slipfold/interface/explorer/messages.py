@@ -238,6 +238,15 @@ class SoundRequest(SolutionRequest):
     output: Name
 
 
+class FrictionRequest(_ModelRequest):
+    """The friction coefficients of the contacts, over the slip speed."""
+
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
+
+    kind: Literal["friction"]
+
+
 class ExponentsRequest(TrajectoryRequest):
     """The kind of a solution, by its Lyapunov exponents."""
 
@@ -273,6 +282,7 @@ class CancelRequest(_Request):
         "exponents",
         "basins",
         "regimes",
+        "friction",
     ]
 
 
@@ -292,6 +302,7 @@ _View = (
     | ExponentsRequest
     | BasinsRequest
     | RegimesRequest
+    | FrictionRequest
 )
 
 ViewRequest = Annotated[_View, Discriminator("kind")]
@@ -338,6 +349,17 @@ class MeasurementsRequest(_OfModel):
     measurements: str  # in the words of the file
 
 
+class LawRequest(_OfModel):
+    """Another friction law in a contact, as the text of the model with it."""
+
+    kind: ClassVar[str] = "law"
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
+
+    contact: Annotated[int, Field(ge=0, lt=PAGE.names, strict=True)]  # its place among the contacts
+    law: Name  # name of the law
+
+
 class TextRequest(_Message):
     """The text of a model of the catalogue, to edit it."""
 
@@ -356,7 +378,7 @@ class ModelRequest(_Message):
     name: FileName | None = None  # the file that it is from, for messages
 
 
-PostedRequest = ExportRequest | ValuesRequest | MeasurementsRequest | ModelRequest
+PostedRequest = ExportRequest | ValuesRequest | MeasurementsRequest | ModelRequest | LawRequest
 """A request over HTTP that a worker answers once."""
 
 

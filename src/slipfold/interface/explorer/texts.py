@@ -9,7 +9,9 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.curves import measurements_view
+from slipfold.interface.explorer.friction import with_law
 from slipfold.interface.explorer.messages import (
+    LawRequest,
     MeasurementsRequest,
     ModelRequest,
     PostedRequest,
@@ -34,6 +36,10 @@ def answered(catalogue: Catalogue, request: PostedRequest) -> Any:
     if isinstance(request, MeasurementsRequest):
         model = catalogue.model(request.model, {}, request.text)
         return measurements_view(parse_measurement(request.measurements, request.name, model))
+    if isinstance(request, LawRequest):
+        model = catalogue.model(request.model, {}, request.text)
+        text = request.text or text_of(model, catalogue.file(model))
+        return {"text": with_law(model, text, request.contact, request.law, catalogue.folder)}
     assert isinstance(request, ModelRequest)  # exports are computed
     return catalogue.described(request.text, request.name or "")
 

@@ -86,6 +86,25 @@ def find_locations(text: str) -> dict[Keys, Location]:
     return locations
 
 
+def value_end(text: str, start: int) -> int:
+    r"""Return where the value ends that begins at an offset of a valid TOML text.
+
+    >>> value_end('a = { b = "}" } # c', 4)
+    15
+    """
+    depth = 0
+    for match in _TOKEN.finditer(text, start):
+        word = match.group()
+        if depth == 0 and word in ("\n", ",", "]", "}"):
+            break
+        depth += (word in ("[", "{")) - (word in ("]", "}"))
+        if match.lastgroup != "space":
+            start = match.end()
+        if depth == 0 and word in ("]", "}"):
+            break
+    return start
+
+
 def _note_header(
     locations: dict[Keys, Location],
     arrays: dict[Keys, int],

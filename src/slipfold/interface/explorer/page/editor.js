@@ -18,7 +18,7 @@ const LARGEST = 256 * 1024;
  * @returns {Promise<object>} the model
  * @throws {Error} with the server's sentence
  */
-async function written(models, text, fileName = null, name = null) {
+export async function written(models, text, fileName = null, name = null) {
   const described = await (await posted("/api/model", JSON.stringify({ text, name: fileName }))).json();
   const base = described.name.slice(0, LONGEST_NAME);
   const known = models.find((item) => item.text === text && item.base === base);
@@ -60,7 +60,7 @@ export async function readLink(address, models) {
  * The view of a model that was edited: what was set on the page stays, unless the text sets it anew.
  * @param {object} before the model that the view is of
  */
-function carriedOver(view, before, model) {
+export function carriedOver(view, before, model) {
   const usual = initialView(model);
   const values = new Map(before.parameters.map(({ name, value }) => [name, value]));
   const parameters = { ...usual.parameters };

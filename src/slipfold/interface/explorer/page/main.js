@@ -6,6 +6,7 @@ import { DiagramControls, Pins, SpecialPoints } from "./diagram_panel.js";
 import { DiagramPlot } from "./diagram_plot.js";
 import { element, roving } from "./dom.js";
 import { ModelEditor, readLink } from "./editor.js";
+import { FrictionPanel } from "./friction.js";
 import { Announcer, Notices, StatusLine, TextDialog } from "./messages.js";
 import { OrbitPanel } from "./orbit.js";
 import { ParameterPanel } from "./parameters.js";
@@ -69,6 +70,7 @@ function build(models, study, { view: given, sentence }) {
   const tour = new Tour(session, { simulation });
   const page = { dialog, say };
   const editor = new ModelEditor(session, page);
+  const friction = new FrictionPanel(session, page);
   const menus = {
     diagram: new ExportMenu("diagram", {
       request: () => session.diagram && diagramRequest(session.view),
@@ -92,7 +94,7 @@ function build(models, study, { view: given, sentence }) {
   const measured = new MeasurementsControl(session, measurements);
   const planeControls = new PlaneControls(session);
   const panels = {
-    parameters: panel("parameters", "Parameters", [], new ParameterPanel(session, refusals).node),
+    parameters: panel("parameters", "Parameters", [], new ParameterPanel(session, refusals, friction.node).node),
     diagram: panel("diagram", "Response", [roving(element("div", { class: "tools", role: "toolbar", "aria-label": "Response" },
       pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node))],
       new DiagramControls(session).node, diagram.node,
@@ -123,6 +125,7 @@ function build(models, study, { view: given, sentence }) {
   connection.open();
   session.start();
   refusals.ask();
+  friction.ask();
   if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start();
   document.getElementById("page").dataset.started = "";
 }

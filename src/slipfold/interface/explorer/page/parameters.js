@@ -249,9 +249,10 @@ export class ParameterPanel {
   #controls = new Map();
   #model = null;
 
-  constructor(session, refusals) {
+  /** @param {Node} below what stands below the parameters */
+  constructor(session, refusals, below) {
     this.#session = session;
-    this.node = element("div", { class: "parameter-panel" }, this.#rows,
+    this.node = element("div", { class: "parameter-panel" }, this.#rows, below,
       element("p", { class: "meaning", "aria-hidden": "true" }, this.#meaning));
     const explain = () => this.#explain();
     for (const event of ["pointerover", "pointerleave", "focusin", "focusout"]) {
