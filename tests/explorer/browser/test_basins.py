@@ -26,8 +26,11 @@ def test_the_picture_becomes_finer_and_a_click_lets_a_motion_go(explorer):
     plot = page.locator(".basins-plot")
     expect(plot).to_have_attribute("data-points", "48")
     assert page.evaluate("sizes.filter(Boolean).slice(0, 2)") == ["16", "48"]
-    shares = page.locator(".basins-legend li").all_inner_texts()
+    *shares, boundary = page.locator(".basins-legend li").all_inner_texts()
     assert len(shares) == 2
+    assert 0 < float(re.search(r"boundary: .*, ([\d.]+) %", boundary)[1]) < 100
+    veil = page.evaluate("document.querySelector('.basins-plot .plot-canvas').data[1].z.flat()")
+    assert {1, None} == set(veil)
     found = [float(re.search(r"([\d.]+) %", text)[1]) for text in shares]
     assert abs(sum(found) - 100) < 0.2
     plot.click(position={"x": 200, "y": 100})

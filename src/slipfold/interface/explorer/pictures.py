@@ -49,6 +49,7 @@ def _picture(result: Basins) -> dict[str, Any]:
         "x": {**axis_of(result.model, first), "values": short(result.first)},
         "y": {**axis_of(result.model, second), "values": short(result.second)},
         "labels": labels.tolist(),
+        "uncertain": result.uncertain.astype(int).tolist(),
         "attractors": [
             {"name": in_words(item), "fraction": number(result.fraction(item).value)}
             for item in order

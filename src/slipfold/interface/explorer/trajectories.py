@@ -312,6 +312,7 @@ def send_exponents(
             "exponents": [number(value) for value in result.exponents],
             "errors": [number(value) for value in result.errors],
             "per": result.per,
+            "dimension": result.dimension,
             "done": True,
         }
     )

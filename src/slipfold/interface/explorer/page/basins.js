@@ -10,6 +10,9 @@ import { basinsRequest } from "./view.js";
 /** Colors of attractors: the first two differ most in lightness. */
 const TINTS = ["region-2", "live", ...Array.from({ length: 12 }, (_, i) => `region-other-${i + 1}`)];
 
+/** Opacity of the color above a cell where one start does not stand for all of it. */
+const VEIL = 0.4;
+
 /** What starts came to that converged to no attractor, from the least label on. */
 const NOTHING = [
   { label: -2, name: "not finished", tint: "panel" },
@@ -87,7 +90,12 @@ class BasinsPlot {
       type: "heatmap", x: across, y: up, z: labels, colorscale, showscale: false, hoverinfo: "skip",
       zmin: keys[0].label - 0.5, zmax: keys.at(-1).label + 0.5,
     };
-    window.Plotly.react(this.#canvas, [trace], sheet, CONFIG);
+    // Nothing is drawn where a cell is certain: null has no color.
+    const veil = {
+      type: "heatmap", x: across, y: up, z: this.#basins.uncertain.map((row) => row.map((value) => value || null)),
+      colorscale: [[0, color("pin-3")], [1, color("pin-3")]], showscale: false, hoverinfo: "skip", opacity: VEIL,
+    };
+    window.Plotly.react(this.#canvas, [trace, veil], sheet, CONFIG);
   }
 }
 
@@ -186,8 +194,13 @@ export class BasinsPanel {
       return;
     }
     this.#plot.show(picture);
-    this.#legend.replaceChildren(...keysOf(picture).filter(({ isSeen }) => isSeen).map(({ name, tint }) =>
-      element("li", {}, element("span", { class: "shade", style: `background: var(--${tint})` }), name)));
+    const uncertain = picture.uncertain.flat();
+    const share = uncertain.filter(Boolean).length / uncertain.length;
+    const key = (background, name) => element("li", {}, element("span", { class: "shade", style: `background: ${background}` }), name);
+    this.#legend.replaceChildren(
+      ...keysOf(picture).filter(({ isSeen }) => isSeen).map(({ name, tint }) => key(`var(--${tint})`, name)),
+      ...(share > 0 ? [key(`color-mix(in srgb, var(--pin-3) ${100 * VEIL}%, transparent)`,
+        `boundary: starts within a cell differ, ${(100 * share).toPrecision(3)} % of the cells`)] : []));
     const size = picture.x.values.length;
     const others = this.#session.model.states.length > 2 ? ", all other states as at the model's start" : "";
     if (done) this.#rest(`From ${size} × ${size} starts${others}. Click one to let it go.`);

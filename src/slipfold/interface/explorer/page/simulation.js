@@ -273,9 +273,10 @@ export class Exponents {
     return [`After ${far}${known}…`];
   }
 
-  #verdict({ kind_of_motion: kind, period, message, exponents, errors, per }) {
+  #verdict({ kind_of_motion: kind, period, message, exponents, errors, per, dimension }) {
     const name = period ? `Period ${period}` : NAMES[kind];
-    return [element("strong", {}, name), `: ${message.replace(NAMED, "")}. Exponents per ${per}: ${listed(exponents, errors)}.`];
+    const broken = kind === "chaos" ? ` Dimension, by the conjecture of Kaplan and Yorke: ${formatted(dimension, 3)}.` : "";
+    return [element("strong", {}, name), `: ${message.replace(NAMED, "")}. Exponents per ${per}: ${listed(exponents, errors)}.${broken}`];
   }
 }
 
