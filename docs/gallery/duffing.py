@@ -22,24 +22,16 @@ upper, lower = diagram.branches[0].special
 print(diagram.summary())
 
 # %%
-# The backbone is the free motion without damping: frequency over amplitude. Put in front of a
-# damping that is then found to be zero, it is the cycle that leaves the Hopf point of the free
-# oscillator; its amplitude is watched as an event.
+# The backbone is the free motion: its frequency over its amplitude. Damping does not matter, since
+# negative damping balances it; here it is viscous, so the balance is exact at all amplitudes.
 
-free = sf.System(
-    name="free Duffing",
-    parameters={"c": 0.1, "k": 1.0, "g": 0.1},
-    states={"q": "v", "v": "c*v - k*q - g*q^3"},
-)
-amplitudes = (1.0, 2.0, 3.0)
-events = [sf.Event("q", amplitude, stop=amplitude == 3) for amplitude in amplitudes]
-backbone = sf.response(free, vary="c", span=(-0.1, 0.1), events=events)
-cycles = backbone.branches[1]
+(cycles,) = sf.backbone(model, "q", 3).branches
+heights = cycles.extrema.of("q")[1]
 
 axes = diagram.plot("q")
 axes.plot(
     2 * 3.141592653589793 / cycles.durations,
-    cycles.extrema.of("q")[1],
+    heights,
     ":",
     color="0.4",
     label="backbone",
@@ -59,14 +51,12 @@ table.add("there: q' at phase 0", upper.state[1], "3.413427245844", nlvib)
 table.add("lower fold W", lower.value, "1.115700251771", nlvib)
 table.add("there: q at phase 0", lower.state[0], "-1.020826011254", nlvib)
 table.add("there: q' at phase 0", lower.state[1], "0.413916481576", nlvib)
-for amplitude, point in zip(
-    amplitudes, (p for p in cycles.special if p.type == "EVENT"), strict=True
-):
+for index in (3, 6, -1):
+    amplitude = float(heights[index])
     square = 0.1 * amplitude**2
     exact = 3.141592653589793 / 2 * (1 + square) ** 0.5 / ellipk(square / (2 * (1 + square)))
-    table.add(
-        f"backbone W at A = {amplitude:g}", 2 * 3.141592653589793 / point.duration, exact, "exact"
-    )
+    found = 2 * 3.141592653589793 / cycles.durations[index]
+    table.add(f"backbone W at A = {amplitude:.4g}", found, exact, "exact")
 table.check("upper fold", upper.orbit)
 table.check("lower fold", lower.orbit)
 table

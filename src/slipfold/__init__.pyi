@@ -14,6 +14,7 @@ from slipfold.bifurcations.loci.region_map import RegionMotion as RegionMotion
 from slipfold.bifurcations.tori.surface import TorusSpectrum as TorusSpectrum
 from slipfold.bifurcations.tori.torus_branch import Locked as Locked
 from slipfold.bifurcations.tori.torus_branch import TorusBranch as TorusBranch
+from slipfold.computations.backbone import backbone as backbone
 from slipfold.computations.loci import bifurcation_set as bifurcation_set
 from slipfold.computations.loci import locus as locus
 from slipfold.computations.long_term import attractors as attractors
@@ -53,6 +54,7 @@ from slipfold.models.friction.without_memory import RationalStribeck as Rational
 from slipfold.models.friction.without_memory import Regularized as Regularized
 from slipfold.models.friction.without_memory import Stribeck as Stribeck
 from slipfold.models.model import Model as Model
+from slipfold.models.nonlinear_mode import NonlinearMode as NonlinearMode
 from slipfold.models.quantities import Limit as Limit
 from slipfold.models.quantities import Output as Output
 from slipfold.models.quantities import Parameter as Parameter

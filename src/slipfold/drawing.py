@@ -17,6 +17,7 @@ FIGURES: Mapping[str, Mapping[str, str]] = {
         "response": "response.draw_response",
         "spectrum": "trajectories.draw_spectrum_at",
         "eigenvalues": "eigenvalues.draw_eigenvalues",
+        "backbone": "eigenvalues.draw_backbone",
     },
     "Fit": {"fit": "response.draw_fit"},
     "FrictionLaw": {"coefficient": "contacts.draw_friction"},

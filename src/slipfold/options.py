@@ -288,6 +288,19 @@ Point = Annotated[
     Option("The threshold: a special point of a branch, LP, PD, NS, HB, GRAZE or LIFT."),
 ]
 
+AmplitudeOf = Annotated[
+    str, Option("State or output whose maximum is the amplitude.", metavar="NAME")
+]
+UpTo = Annotated[
+    float | str,
+    Option(
+        "Amplitude at which it ends: a number in SI units, or text with a unit.", metavar="VALUE"
+    ),
+]
+ModeNumber = Annotated[
+    int, Option("Number of the linear mode, the lowest natural frequency first.", minimum=1)
+]
+
 # -- thresholds --------------------------------------------------------------------------------
 
 Threshold = Annotated[

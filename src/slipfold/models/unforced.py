@@ -60,17 +60,28 @@ class Unforced(Model):
     _terms: _Terms
 
     def __init__(self, model: Model, **values: float | str) -> None:
-        amplitude = _checked(model)
+        self._remove_forcing(model, _checked(model), values)
+
+    def _remove_forcing(
+        self,
+        model: Model,
+        amplitude: str | None,
+        values: Mapping[str, float | str],
+        name: str = "steady-{}",
+        title: str = "{}; without forcing, autonomous",
+        *more: Parameter,
+    ) -> None:
+        """Become a model without forcing, with more parameters."""
         terms = _terms_of(model.kind, amplitude)
         kept = {item.name for item in terms.parameters}
         taken = {name: value for name, value in model.values.items() if name in kept}
         self._take(
-            _base=model.kind.make(**{amplitude: 0.0}),
+            _base=model.kind.make(**({amplitude: 0.0} if amplitude else {})),
             _terms=terms,
-            name=f"steady-{model.name}",
-            title=f"{model.title}; without forcing, autonomous".removeprefix("; "),
+            name=name.format(model.name),
+            title=title.format(model.title).removeprefix("; "),
             states=model.states,
-            parameters=terms.parameters,
+            parameters=(*terms.parameters, *more),
             limits=model.limits,
         )
         super().__init__(**{**taken, **values})
@@ -84,9 +95,7 @@ class Unforced(Model):
     def variable_parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the forced model that remain and may be varied."""
         mine = {item.name for item in super().variable_parameters}
-        own = {name: self._values[name] for name in mine if name != DURATION.name}
-        base = self._base.replace(**own)
-        return tuple(item for item in base.variable_parameters if item.name in mine)
+        return tuple(item for item in self.forced_model.variable_parameters if item.name in mine)
 
     @property
     def forced(self) -> bool:
@@ -96,8 +105,8 @@ class Unforced(Model):
     @property
     def forced_model(self) -> Model:
         """The forced model at the present values; the forcing is zero, its parameters default."""
-        values = {name: value for name, value in self._values.items() if name != DURATION.name}
-        return self._base.replace(**values)
+        names = (item.name for item in self._terms.parameters if item.name != DURATION.name)
+        return self._base.replace(**{name: self._values[name] for name in names})
 
     def replace(self, **changes: Any) -> Self:
         """Return a new model with some parameters changed, or parts of the forced one exchanged.
@@ -367,6 +376,11 @@ def _checked(model: Model) -> str:
         raise InputError(
             f"{model.name} is autonomous already; its steady states are followed as they are"
         )
+    return forcing_of(model)
+
+
+def forcing_of(model: Model) -> str:
+    """Return the name of the parameter that switches the forcing of a forced model off."""
     if model.forcing_amplitude is None:
         raise InputError(
             f"{model.name} does not say which parameter switches its forcing off, so it has no "
@@ -381,10 +395,10 @@ def _checked(model: Model) -> str:
 
 
 @lru_cache(maxsize=64)
-def _terms_of(kind: Kind, amplitude: str) -> _Terms:
+def _terms_of(kind: Kind, amplitude: str | None) -> _Terms:
     model = kind.make()
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
-    result = model.coefficients({**p, amplitude: _ZERO})
+    result = model.coefficients({**p, **({amplitude: _ZERO} if amplitude else {})})
     constants = {
         name: value
         for name, value in result.items()
@@ -397,7 +411,8 @@ def _terms_of(kind: Kind, amplitude: str) -> _Terms:
     used = _variables([*model.rates(q, c, _ZERO).values(), *outputs, *holding])
     coefficients = tuple(name for name in result if f"c_{name}" in used)
     known = _variables(result[name] for name in coefficients)
-    parameters = tuple(item for item in model.parameters if f"p_{item.name}" in known)
+    named = (item for item in model.parameters if item.name != DURATION.name)
+    parameters = tuple(item for item in named if f"p_{item.name}" in known)
     others = {name: value for name, value in c.items() if name not in coefficients}
     return _Terms((*parameters, DURATION), coefficients, others)
 

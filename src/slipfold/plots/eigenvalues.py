@@ -1,4 +1,4 @@
-"""Complex eigenvalues of equilibria over a parameter: frequencies and damping ratios."""
+"""Frequencies and damping ratios: of equilibria over a parameter, of a mode over its amplitude."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.errors import InputError
 from slipfold.models.model import evaluation_of
+from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.orbits.eigenvalues import eigenvalues_of
-from slipfold.plots.style import label_axis, palette
+from slipfold.plots.style import MEASURE_NAMES, label_axis, label_output, palette
 from slipfold.results.diagram import Diagram
 
 NOTHING = complex(math.nan, math.nan)
@@ -66,6 +67,34 @@ def draw_eigenvalues(diagram: Diagram, *, highest: float = math.inf, axes: Any =
     lower.set_ylabel("damping ratio (%)")
     label_axis(lower, "x", branches[0].model.parameter(diagram.vary))
     lower.set_xlim(*sorted(diagram.span))
+    return axes
+
+
+def draw_backbone(
+    diagram: Diagram, output: str | None = None, *, color: str = "black", axes: Any = None
+) -> Any:
+    """Draw the amplitude of a nonlinear mode; return the two axes.
+
+    On the left it is over the frequency in Hz, where responses can be drawn as well, on the right
+    over the damping ratio in per cent.
+    """
+    model = diagram.model
+    if not isinstance(model, NonlinearMode):
+        raise InputError(f"{model.name} is not a nonlinear mode; slipfold.backbone follows one")
+    if axes is None:
+        axes = plt.subplots(1, 2, sharey=True, layout="constrained")[1]
+    left, right = axes
+    output = output or next((event.name for event in diagram.events), model.shown[0])
+    for branch in diagram.branches:
+        if branch.kind == "equilibrium" or branch.durations is None:
+            continue
+        height = branch.extrema_of(output).of(output)[1]
+        ratios = 100 * branch.parameter * branch.durations / (4 * math.pi)
+        for ax, along in ((left, 1 / branch.durations), (right, ratios)):
+            ax.plot(along, height, color=color)
+    left.set_xlabel("frequency (Hz)")
+    right.set_xlabel("damping ratio (%)")
+    label_output(left, "y", model, output, MEASURE_NAMES["max"])
     return axes
 
 

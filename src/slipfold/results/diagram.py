@@ -137,7 +137,8 @@ class Diagram(CurveDiagram):
     `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose trajectories are dots under the
     branches; with ``kind="spectrum"`` the lines of the torus nearest to the value ``at=``, with
     ``kind="eigenvalues"`` frequencies in Hz and damping ratios in per cent of the equilibria, up to
-    the frequency ``highest=``.
+    the frequency ``highest=``; with ``kind="backbone"`` those of a nonlinear mode over its
+    amplitude.
 
     Examples
     --------

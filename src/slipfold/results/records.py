@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.friction.record import law_from_record, law_record
 from slipfold.models.model import Model
+from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.models.registry import built_in_models, model_named
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure
@@ -83,7 +84,7 @@ def _checked(kind: Any, value: Any) -> Any:
     if kind in (int, float, str, bool):
         numbers = (int, float, np.number, np.bool_)
         if not isinstance(value, str if kind is str else numbers):
-            raise ValueError(f"{value!r} is not of type {kind.__name__}")
+            raise ValueError(f"{value!r} is not of type {kind.__part_}")
         return kind(value)
     return value
 
@@ -178,6 +179,8 @@ def structure_record(model: Model) -> dict[str, Any]:
         return {"tables": model.to_tables()}
     if isinstance(model, SlidingOscillator):
         return {"friction": law_record(model.friction)}
+    if isinstance(model, NonlinearMode):
+        return {"mode": _whole_record(model.forced_model)}
     if isinstance(model, Unforced):
         return {"forced": _whole_record(model.forced_model)}
     return {}
@@ -214,10 +217,11 @@ def model_from_record(
     kind: type[Model] | None = None,
 ) -> Model:
     """Make a saved model again."""
-    if "forced" in structure:
-        whole = structure["forced"]
-        forced = model_from_record(whole["model"], whole["structure"], whole["parameters"], kind)
-        return Unforced(forced, **values)
+    for part, made in (("forced", Unforced), ("mode", NonlinearMode)):
+        if part in structure:
+            own = structure[part]
+            base = model_from_record(own["model"], own["structure"], own["parameters"], kind)
+            return made(base, **values)
     if kind is not None:
         _check_kind(kind)
     given = dict(values)

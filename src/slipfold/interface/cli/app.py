@@ -36,6 +36,11 @@ COMMANDS = {
         "on these loci.",
         {"given": locus.GIVEN, "settings": LOCUS_SETTINGS},
     ),
+    "backbone": Command(
+        "slipfold.computations.backbone:backbone",
+        "Follow a nonlinear mode: frequency and damping ratio of free vibration over its "
+        "amplitude.",
+    ),
     "simulate": Command(
         f"{LONG_TERM}:simulate",
         "Integrate from the model's start or a given state; report the steady state, if one is "

@@ -22,6 +22,7 @@ DONE, BAD_INPUT, FAILED, INTERRUPTED = 0, 2, 3, 130
 
 FAILURES = {
     "response": "a branch ended before an end of its own",
+    "backbone": "a branch ended before an end of its own",
     "locus": "a locus ended before an end of its own",
     "simulate": "the solution became singular or too stiff",
     "design": "no design was found for a bound",
