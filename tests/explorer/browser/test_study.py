@@ -6,25 +6,40 @@ import pytest
 from playwright.sync_api import expect
 
 import slipfold as sf
+from helpers.command_line import run
 from helpers.explorer_page import ExplorerPage, served
 
-STUDY = {
-    "model": "sliding",
-    "parameters": {"f": 12.5},
-    "compute": {"what": "threshold", "vary": "Nd", "span": [0, 0.06]},
-    "cases": {"grid": {"Vd": [0.5, 0.6, 0.7], "mu": [0.4, 0.5]}},
-}
+STUDY = """
+model = "sliding"
+[parameters]
+f = 12.5
+[compute]
+what = "threshold"
+vary = "Nd"
+span = [0, 0.06]
+[cases.grid]
+Vd = [0.5, 0.6, 0.7]
+mu = [0.4, 0.5]
+"""
 
 
 @pytest.fixture(scope="module")
-def study():
-    return sf.study(STUDY)
+def file(tmp_path_factory):
+    """The file that the command makes of a study."""
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "case.toml").write_text(STUDY)
+    arguments = [str(folder / "case.toml"), "--out", str(folder / "case.nc"), "--workers", "1"]
+    assert run("study", *arguments).exit_code == 0
+    return folder / "case.nc"
 
 
 @pytest.fixture(scope="module")
-def opened(context, study, tmp_path_factory):
-    file = tmp_path_factory.mktemp("study") / "study.nc"
-    study.save(file)
+def study(file):
+    return sf.load(file)
+
+
+@pytest.fixture(scope="module")
+def opened(context, file):
     with served(file, workers=1) as address:
         explorer = ExplorerPage(context.new_page(), address)
         explorer.open("model=sliding&p.mu=0.3&show=y&vary=f&span=12.4~12.41&p.f=12.4&p.Nd=0.01")
@@ -57,6 +72,7 @@ def test_a_click_opens_the_diagram_of_a_case_with_the_threshold_that_was_found(e
     assert explorer.specials()[0] == f"PD {threshold:.4g}\u202fN supercritical"
     assert (explorer.parameter("Vd"), explorer.parameter("mu")) == (0.7, 0.4)
     assert explorer.parameter("f") == 12.5
+    assert explorer.parameter("Nd") == pytest.approx(threshold, rel=1e-6)
     expect(page.locator(".study-plot .tip")).to_contain_text(f"threshold: {threshold:.4g}")
     expect(page.locator(".cell.chosen")).to_be_visible()
     # What leaves the cases leaves the map without a mark, and can be undone.

@@ -95,7 +95,9 @@ export class Study {
     const vary = this.vary ?? base.vary;
     const ends = this.span ?? base.span;
     const span = vary in own ? [Math.min(...ends, own[vary]), Math.max(...ends, own[vary])] : ends;
-    const value = inside(own[vary] ?? base.parameters[vary], span);
+    // Where something was found along the diagram, that is what is looked at.
+    const found = this.quantities.find(({ name }) => name === "threshold")?.values[number];
+    const value = inside(own[vary] ?? found ?? base.parameters[vary], span);
     const parameters = { ...usual.parameters, ...own, [vary]: value };
     return { ...base, vary, span, parameters, at: null, zoom: null };
   }
