@@ -117,11 +117,85 @@ def test_files_have_formulas_and_variables(tmp_path):
     assert Structure.from_tables(json.loads(json.dumps(model.to_tables()))) == model
 
 
+def chain(count):
+    return 2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
+
+
+@pytest.mark.parametrize("reduction", [None, sf.FreeInterface(modes=4)], ids=["whole", "reduced"])
+def test_a_mass_that_is_a_parameter(reduction):
+    # A tuned mass on a chain, and the same with its mass in M.
+    count, added = 4, 0.7
+    mass = np.eye(count) + 0.1 * (np.eye(count, k=1) + np.eye(count, k=-1))
+    there = np.diag([0.0, 1, 0, 0])
+    parts = {
+        "C": 0.05 * np.eye(count), "K": 10 * chain(count), "names": "a b c d", "f": 0.3,
+        "reduction": reduction, "watch": {"u": "d"},
+        "elements": sf.CubicSpring("c", k3=3.0), "forcing": HarmonicForce("b", F=0.5),
+        "contacts": sf.FrictionContact("a", sf.Dahl(s0=9, mu_k=0.2, e=0.01), load=0.3, Vd=0.1),
+    }  # fmt: skip
+    model = Structure({1: mass, "m - 1": 2 * there}, **parts).replace(m=1 + added / 2)
+    exact = Structure(mass + added * there, **parts)
+    if reduction is None:
+        np.testing.assert_allclose(model.natural_frequencies, exact.natural_frequencies, rtol=1e-12)
+        np.testing.assert_allclose(model.mass_matrix, exact.mass_matrix, rtol=1e-14)
+    (_, found), (_, known) = (sf.periodic_orbit(one).output("u", 32) for one in (model, exact))
+    np.testing.assert_allclose(found, known, atol=1e-9)
+    (_, found), (_, known) = (sf.periodic_orbit(one).output("energy", 32) for one in (model, exact))
+    np.testing.assert_allclose(found, known, atol=1e-8)
+    assert Structure.from_tables(json.loads(json.dumps(model.to_tables()))) == model
+
+
+def test_two_masses_that_are_parameters():
+    model = Structure({1: np.eye(3), "m": np.diag([1.0, 0, 0]), "2*n": np.diag([0, 1.0, 1])}, None,
+                      chain(3), m=0.3, n=0.2)  # fmt: skip
+    exact = Structure(np.diag([1.3, 1.4, 1.4]), None, chain(3))
+    np.testing.assert_allclose(model.natural_frequencies, exact.natural_frequencies, rtol=1e-13)
+    np.testing.assert_allclose(model.modes().frequency, exact.natural_frequencies, rtol=1e-12)
+
+
+@pytest.mark.parametrize("speed", [0.0, 40.0, 300.0])
+def test_an_overhung_rotor(speed):
+    # A disk at the end of a shaft, displacement x + i y and slopes p + i q: with the polar inertia
+    # P, det [[m s^2 + k11, k12], [k12, J s^2 - i P W s + k22]] = 0 (Childs, Turbomachinery
+    # Rotordynamics 1993, chapter 1).
+    m, inertia, polar = 3.0, 0.02, 0.035
+    bend, length = 900.0, 0.4
+    k11, k12, k22 = 12 * bend / length**3, -6 * bend / length**2, 4 * bend / length
+    mass = np.diag([m, m, inertia, inertia])
+    stiffness = np.kron(np.array([[k11, k12], [k12, k22]]), np.eye(2))
+    turn = np.zeros((4, 4))
+    turn[2:, 2:] = polar * TURN
+    model = Structure(mass, None, stiffness, G={"omega": turn}, names="x y p q", omega=speed)
+    modes = model.modes()
+    # s = i w: in w real roots, those above zero whirl forward.
+    roots = np.roots([m * inertia, -m * polar * speed, -(m * k22 + inertia * k11),
+                      k11 * polar * speed, k11 * k22 - k12**2]).real  # fmt: skip
+    order = np.argsort(np.abs(roots))
+    np.testing.assert_allclose(2 * np.pi * modes.damped_frequency, np.abs(roots)[order], rtol=1e-9)
+    if speed:
+        forward = np.sign(roots[order])
+        np.testing.assert_allclose(modes.whirl("x", "y"), forward, atol=1e-9)
+        np.testing.assert_allclose(modes.whirl("q", "p"), -forward, atol=1e-9)
+    reduced = model.replace(reduction=ModalReduction(4), watch={"u": "x", "v": "y"}).modes()
+    np.testing.assert_allclose(reduced.damped_frequency, modes.damped_frequency, rtol=1e-9)
+    assert reduced.names == ("u", "v")
+    if speed:
+        np.testing.assert_allclose(reduced.whirl("u", "v"), forward, atol=1e-8)
+    with pytest.raises(
+        InputError, match="the modes have no displacement 'z'; they have x, y, p, q"
+    ):
+        modes.whirl("x", "z")
+
+
 @pytest.mark.parametrize(("options", "words"), [
     ({"G": K}, "G is not skew-symmetric: row 1, column 1 is 50, not 0; put its"),
     ({"G": {"omega": np.eye(3)}}, "G has 3 rows and M has 2"),
     ({"G": {"omega": TURN, 1: np.eye(3)}}, "G has 3 rows where 1 multiplies it and 2 where omega"),
-    ({"M": {"omega": M}}, "M is a mapping; give one matrix, since only C, K, G and H may"),
+    ({"M": {"omega": M}}, "the constant part of M is zero; give at least one degree"),
+    ({"M": {1: M, "m": TURN}}, "M is not symmetric: row 1, column 2 is 1, its mirror image -1"),
+    ({"M": {1: M, "m": M}, "m": -2}, "M is not positive definite at these values of its param"),
+    ({"M": {1: M, "m": np.diag([1.0, 0]), "n": np.ones((2, 2))}}, "M are not diagonal in the same"),
+    ({"M": {1: M, "m": M}, "forcing": sf.BaseMotion(A=1)}, "a base motion acts with the masses"),
     ({"H": {}}, "H is an empty mapping; give matrices by formulas"),
     ({"H": {"2*": M}}, "'2*' cannot multiply a matrix: "),
     ({"H": {"omega": M}, "variables": 3}, "variables has 3, which is no parameter"),

@@ -254,6 +254,35 @@ class Modes(OneLine):
         size = np.abs(self.eigenvalues)
         return np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=size > 0)
 
+    def whirl(self, first: str, second: str) -> Array:
+        """Return in which direction each mode whirls in the plane of two displacements.
+
+        Parameters
+        ----------
+        first, second
+            Names of displacements at right angles: positive is from the first to the second.
+
+        Returns
+        -------
+        Array
+            Shape (n_modes,): 1 on a circle forward, -1 on one backward, 0 along a line, between
+            them on an ellipse.
+
+        Raises
+        ------
+        InputError
+            If a displacement is none of the modes.
+        """
+        for name in (first, second):
+            if name not in self.names:
+                raise InputError(
+                    f"the modes have no displacement {name!r}; they have {listed(self.names)}"
+                )
+        a, b = (self.shapes[:, self.names.index(name)] for name in (first, second))
+        size = np.abs(a) ** 2 + np.abs(b) ** 2
+        turned = 2 * (a * b.conj()).imag
+        return np.divide(turned, size, out=np.zeros_like(size), where=size > 0)
+
     @property
     def stable(self) -> bool:
         """Whether every mode decays."""

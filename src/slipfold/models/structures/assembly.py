@@ -30,6 +30,7 @@ from slipfold.models.structures.component import (
 from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
+from slipfold.models.structures.inertia import Inertia
 from slipfold.models.structures.matrices import (
     MATRICES,
     Matrix,
@@ -81,6 +82,9 @@ class Assembly:
         self.size = len(self.names)
         self.factors: dict[str, str] = {}  # formulas of coefficients that multiply matrices
         # Parts of matrices, each with the coefficient that multiplies it, None for one
+        self.inertia = Inertia(
+            self.mass, tuple((str(key), part) for key, part in self._terms("M")[1:])
+        )
         self.damping = self._damping_terms()
         self.gyroscopic = self._terms("G")
         self.stiffening = self._terms("K")[1:]  # beside the constant stiffness
@@ -203,13 +207,14 @@ class Assembly:
 
     def added(self, parts: tuple[tuple[str | None, Array], ...], values: Symbols) -> Array:
         """Return the sum of parts of a matrix at parameter values, shape (r, r)."""
-        known = {
-            **values,
-            **{key: factor_value(text, values) for key, text in self.factors.items()},
-        }
+        known = {**values, **self.factors_at(values)}
         return np.zeros((self.size, self.size)) + sum(
             matrix if key is None else known[key] * matrix for key, matrix in parts
         )
+
+    def factors_at(self, values: Symbols) -> dict[str, Any]:
+        """Return the values of the formulas that multiply matrices."""
+        return {key: factor_value(text, values) for key, text in self.factors.items()}
 
     def _rows(self, component: Component) -> Array:
         rows = [self._row(item, component.inertial) for item in component._directions]
@@ -223,21 +228,6 @@ class Assembly:
         names, mass = self.definition.names, self.definition.M
         row = np.ones(len(names)) if direction is None else direction.vector(names)
         return np.asarray(mass.array() @ row) if inertial else row
-
-    def over_mass(self, matrix: Array) -> Array:
-        """Return the inverse mass matrix times a matrix, without entries that are rounding errors.
-
-        Shapes: matrix (r, m).
-        """
-        if matrix is self.mass:
-            return np.eye(self.size)
-        diagonal = np.diag(self.mass)
-        if is_diagonal(self.mass):
-            return matrix / diagonal[:, None]
-        result = np.asarray(np.linalg.solve(self.mass, matrix), dtype=float)
-        largest = np.abs(result).max(axis=1, keepdims=True, initial=0.0)
-        result[np.abs(result) < MATRICES.rounding * largest] = 0.0
-        return result
 
     @cached_property
     def frequencies(self) -> Array:
@@ -264,9 +254,9 @@ class Assembly:
             if count
         )
 
-    def frequencies_with(self, stiffness: Array) -> Array:
-        """Return the natural frequencies with another stiffness in Hz. Shapes: (r, r)."""
-        return frequencies_of(lowest_modes(stiffness, self.mass)[0])
+    def frequencies_with(self, stiffness: Array, mass: Array) -> Array:
+        """Return the natural frequencies with other matrices in Hz. Shapes: (r, r)."""
+        return frequencies_of(lowest_modes(stiffness, mass)[0])
 
     def _refuse_stiff(self) -> None:
         """Refuse a fast mode whose rounding errors hide the slow ones."""
@@ -382,7 +372,8 @@ class Assembly:
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the coefficients of all components, and those of damping."""
-        result = {key: factor_value(text, p) for key, text in self.factors.items()}
+        result = self.factors_at(p)
+        result |= self.inertia.coefficients(result)
         result |= {key: p[key] for key, _ in self.damping if key is not None and key in p}
         for item in self.placed:
             own = self.own_values(item, p) | ({"f": p["f"]} if self.forced else {})
@@ -435,17 +426,18 @@ class Assembly:
         rates: dict[str, Expression] = dict(zip(self.names, speeds, strict=True))
         terms = self._linear_terms(displacements, speeds, c)
         for item in self.placed:
-            inputs = self.over_mass(item.rows.T) / self.length
+            inputs = self.inertia.over(item.rows.T) / self.length
             forces = item.component._forces(self.local(item, q, c, phase))
             for force, column in zip(forces, inputs.T, strict=True):
                 for row in np.flatnonzero(column):
                     terms[row] += weighted_sum([column[row]], [force])
-        rates |= {f"v{name}": total(terms[row]) for row, name in enumerate(self.names)}
-        accelerations = dict(rates)
+        accelerations = self.inertia.accelerations(terms, c)
+        rates |= {f"v{name}": one for name, one in zip(self.names, accelerations, strict=True)}
+        known = dict(rates)
         for item, component in self.friction_contacts:
             names = [component._full_name(state.name) for state in component.memory()]
             if names:
-                contact = component._contact(self.local(item, q, c, phase, accelerations))
+                contact = component._contact(self.local(item, q, c, phase, known))
                 rates |= dict(zip(names, contact.memory_rates, strict=True))
         return rates
 
@@ -459,7 +451,8 @@ class Assembly:
 
         Shapes: (n,), (n, n), (n, n).
         """
-        if is_diagonal(self.mass) or not self.symmetric or self.size > MATRICES.modal:
+        simple = is_diagonal(self.mass) or self.inertia.parts
+        if simple or not self.symmetric or self.size > MATRICES.modal:
             return None
         squares, shapes = lowest_modes(self.stiffness, self.mass)
         if squares[-1] <= MATRICES.wide * abs(squares[0]):
@@ -473,7 +466,7 @@ class Assembly:
         """Return the linear terms of each acceleration; numbers stand in for the matrices."""
         acting, dampings = displacements, list(self.damping)
         if self.modal is None:
-            stiffness = self.over_mass(self.stiffness)
+            stiffness = self.inertia.over(self.stiffness)
         else:
             squares, shapes, into = self.modal
             stiffness = shapes * squares
@@ -486,7 +479,7 @@ class Assembly:
                     pairs = zip(acting, rates, strict=True)
                     acting = [one + c[str(key)] * other for one, other in pairs]
         others = [
-            (key, self.over_mass(matrix), states)
+            (key, self.inertia.over(matrix), states)
             for parts, states in (
                 ((*dampings, *self.gyroscopic), speeds),
                 ((*self.stiffening, *self.circulatory), displacements),

@@ -192,6 +192,12 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
         name=_checked_line(given, "name") or "structure",
         title=_checked_line(given, "title"),
     )
+    if mass.terms and (base := next((one for one in kinds["forcing"] if one.inertial), None)):
+        with about("forcing"):
+            raise InputError(
+                f"a {base.title} acts with the masses, and M depends on parameters; give forces "
+                "that depend on them, or a constant M"
+            )
     whole = definition.repeated
     if whole.reduction is not None:
         with about("reduction"):
@@ -214,10 +220,11 @@ def _check_massless(item: Definition) -> None:
                 f"{item.names[loose[0]]} has neither mass nor stiffness; give it one of them, or "
                 "leave it out of the matrices"
             )
-    for key, matrix in (("C", item.C), ("G", item.G), ("H", item.H), ("K", item.K)):
+    for key in ("M", "C", "G", "H", "K"):
+        matrix = getattr(item, key)
         if not isinstance(matrix, Matrix):
             continue
-        acting = matrix.parts[key == "K" :]
+        acting = matrix.parts[key in "MK" :]
         reached = [place for place in empty if any(place in part.rows for part in acting)]
         if reached:
             with about("structure", key):

@@ -209,11 +209,9 @@ def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
 
 def _sum_of(given: Mapping[Any, Any], name: str, triangles: str | None) -> Matrix:
     """Return the sum of matrices that formulas multiply; constant ones are added up."""
-    if name == "M" or not given:
+    if not given:
         raise InputError(
-            "M is a mapping; give one matrix, since only C, K, G and H may depend on parameters"
-            if name == "M"
-            else f'{name} is an empty mapping; give matrices by formulas, such as {{"omega": G}}'
+            f'{name} is an empty mapping; give matrices by formulas, such as {{"omega": G}}'
         )
     parts = {str(key): as_matrix(value, name, triangles) for key, value in given.items()}
     first, *others = sizes = {text: matrix.size for text, matrix in parts.items()}
@@ -305,10 +303,12 @@ def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
 
 def check_mass(matrix: Matrix, names: Sequence[str]) -> None:
     """Raise if a mass matrix is not symmetric and, but for empty rows, positive definite."""
-    require_symmetric(matrix, "M", "a mass matrix is, so correct the entries")
+    for part in matrix.parts:
+        require_symmetric(part, "M", "a mass matrix is, so correct the entries")
     diagonal, massless = matrix.diagonal, matrix.empty
     if len(massless) == matrix.size:
-        raise InputError("M is zero; give at least one degree of freedom a mass > 0")
+        which = "the constant part of M" if matrix.terms else "M"
+        raise InputError(f"{which} is zero; give at least one degree of freedom a mass > 0")
     wrong = diagonal <= 0
     wrong[massless] = False
     if np.any(wrong):

@@ -20,6 +20,7 @@ def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalFor
     Laws with memory have states that are no modes.
     """
     coupled = assembly.gyroscopic or assembly.stiffening or assembly.circulatory
+    coupled = coupled or assembly.inertia.parts
     remembers = any(item.component.memory() for item in assembly.placed)
     if coupled or remembers or not assembly.symmetric:
         return None
@@ -80,7 +81,7 @@ class _Forces:
             tuple(self._motion(np.concatenate([row, zero])) for row in rows),
             tuple(self._motion(np.concatenate([zero, row])) for row in rows),
         )
-        inputs = self._into @ self._assembly.over_mass(item.rows.T) / self._assembly.length
+        inputs = self._into @ self._assembly.inertia.over(item.rows.T) / self._assembly.length
         for force, column in zip(item.component._forces(local), inputs.T, strict=True):
             self._forces.setdefault(column.tobytes(), ([], column))[0].append(force)
 

@@ -83,6 +83,8 @@ def _energy(assembly: Assembly, q: Symbols, c: Symbols, phase: Expression) -> Ex
         *_form(assembly, assembly.mass / 2, q, "v"),
         *_form(assembly, assembly.stiffness / 2, q, ""),
     ]
+    for name, matrix in assembly.inertia.parts:
+        terms.append(0.5 * c[name] * total(_form(assembly, matrix, q, "v")))
     for key, matrix in assembly.stiffening:
         terms.append(0.5 * c[str(key)] * total(_form(assembly, matrix, q, "")))
     stored = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -29,7 +29,7 @@ from slipfold.models.structures.mesh import Mesh, MeshShapes
 from slipfold.models.structures.modal import modal_form_of
 from slipfold.models.structures.outputs import outputs_of
 from slipfold.models.structures.reduction import ReductionReport
-from slipfold.models.unforced import MechanicalModel
+from slipfold.models.unforced import MechanicalModel, Modes
 
 _PARTS = tuple(item.name for item in fields(Definition))
 """Arguments of the constructor that are not parameter values, and attributes of a definition."""
@@ -64,8 +64,8 @@ class Structure(MechanicalModel):
         Gyroscopic matrix in N s/m, skew-symmetric, and circulatory matrix in N/m: :math:`G \dot q`
         and :math:`H q` are added to the left side. None for none.
     variables
-        `Parameter` objects that describe parameters in formulas of matrices: C, K, G and H may be
-        mappings such as ``{1: K, "omega^2": K_spin}``, whose matrices the formulas multiply. A name
+        `Parameter` objects that describe parameters in formulas of matrices: each matrix may be a
+        mapping such as ``{1: K, "omega^2": K_spin}``, whose matrices the formulas multiply. A name
         in a formula that is no parameter becomes one, without unit and with the value 1.
     names
         Names of the n degrees of freedom, a sequence, one text with blanks between, or the path of
@@ -282,6 +282,7 @@ class Structure(MechanicalModel):
         """Refuse parameter values that contradict each other."""
         for item in self._assembly.placed:
             item.component.check(self._assembly.own_values(item, values))
+        self._assembly.inertia.check(self._assembly.factors_at(values))
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the coefficients of the components."""
@@ -388,7 +389,9 @@ class Structure(MechanicalModel):
     @property
     def mass_matrix(self) -> Array:
         """Mass matrix of the retained coordinates in kg, shape (r, r)."""
-        return self._assembly.mass.copy()
+        return self._assembly.mass + self._assembly.added(
+            self._assembly.inertia.parts, self._values
+        )
 
     @property
     def stiffness_matrix(self) -> Array:
@@ -404,9 +407,28 @@ class Structure(MechanicalModel):
     @property
     def natural_frequencies(self) -> Array:
         """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
-        if self._assembly.stiffening:
-            return self._assembly.frequencies_with(self.stiffness_matrix)
+        if self._assembly.stiffening or self._assembly.inertia.parts:
+            return self._assembly.frequencies_with(self.stiffness_matrix, self.mass_matrix)
         return self._assembly.frequencies.copy()
+
+    def modes(self) -> Modes:
+        """Return the linear modes about the static point, all forces included.
+
+        Shapes of a reduced structure are the displacements that are outputs, if there are any.
+
+        Returns
+        -------
+        Modes
+            One per pair of eigenvalues, lowest natural frequency first.
+        """
+        modes, assembly = super().modes(), self._assembly
+        if not assembly.reduced or not assembly.watched:
+            return modes
+        rows = np.array([row for _, row in assembly.watched])
+        moved = modes.shapes @ rows.T
+        largest = np.take_along_axis(moved, np.abs(moved).argmax(axis=1)[:, None], axis=1)
+        moved = moved / np.where(largest == 0, 1.0, largest)
+        return replace(modes, shapes=moved, names=tuple(name for name, _ in assembly.watched))
 
     def shapes(self, mesh: Mesh, states: Any = None, modes: int = 6) -> MeshShapes:
         """Return shapes of the structure on a mesh.
@@ -437,7 +459,7 @@ class Structure(MechanicalModel):
         names = assembly.definition.names
         rows = mesh.rows(names)
         if states is None:
-            squares, few = lowest_modes(self.stiffness_matrix, assembly.mass, modes)
+            squares, few = lowest_modes(self.stiffness_matrix, self.mass_matrix, modes)
             moved = (assembly.basis @ few).T
             frequencies = frequencies_of(squares)
             labels = [f"mode {number}, {f:.4g} Hz" for number, f in enumerate(frequencies, 1)]
