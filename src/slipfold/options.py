@@ -203,7 +203,7 @@ Gaps = Annotated[
     Option(
         "Also integrate solutions from the model's start until they are steady, in parts of the "
         "span that no branch reaches or where all equilibria are unstable, and follow their "
-        "branches."
+        "branches; there first at the model's own value of the parameter."
     ),
 ]
 Search = Annotated[

@@ -12,6 +12,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, diagram
 from slipfold import InputError
@@ -62,6 +63,16 @@ period = "2*pi/W"
 DUFFING = diagram(model="duffing", parameters={"F": 0.17}, vary="W", span=[0.8, 1.4], show="q")
 OWN = {**DUFFING, "model": "own"}
 CHANGED = f"{BRAKE}[parameters]\nmu_s = 0.7\n"
+STICKS = diagram(
+    model="forced slider",
+    parameters={"F": 0.7},
+    vary="Vd",
+    span=[1.2, 0.5],
+    also=[
+        {"value": 0.55, "state": {"x": 0.1}},
+        {"value": 1.1, "state": {"x": 0.2, "v": -1.0}, "period": 1},
+    ],
+)
 BRAKES = diagram(model="brake", parameters={"mu_s": 0.6}, vary="Vd", span=[2, 0.7], show="tip")
 
 
@@ -86,6 +97,11 @@ def of_file(tmp_path):
     file = tmp_path / 'one\'s "own".toml'
     file.write_text(CHANGED)
     return exporting(find_model(str(file), {}), equations_file(str(file)))
+
+
+@pytest.fixture(scope="module")
+def slider():
+    return exporting(sf.System.from_toml(FORCED_SLIDER))
 
 
 def run_python(text, folder, monkeypatch):
@@ -114,7 +130,7 @@ def test_the_copied_case_of_a_structures_file_names_it(of_file, tmp_path, monkey
     case.write_text(text)
     model = find_model(str(case), {})
     assert model == find_model(str(tmp_path / 'one\'s "own".toml'), {"mu_s": "0.6"})
-    assert text.startswith("# slipfold response case.toml --vary Vd=2.0:0.7\n")
+    assert text.startswith("# slipfold response case.toml --vary Vd=2.0:0.7 --gaps\n")
 
 
 def test_a_file_that_has_changed_is_not_copied(of_file, tmp_path):
@@ -244,3 +260,19 @@ def test_what_cannot_be_exported_is_said_in_a_sentence(explorer):
         malformed = http.post("/api/export", json={"view": {}, "format": "pickle"})
     assert malformed.status_code == 422
     assert json.loads(malformed.text)["detail"]
+
+
+def test_copied_texts_follow_what_motions_settle_on(slider, tmp_path, monkeypatch, capsys):
+    rows = list(csv.reader(io.StringIO(slider(STICKS, "csv").decode())))
+    names = run_python(slider(STICKS, "python").decode(), tmp_path, monkeypatch)
+    first, sticks = names["diagram"].branches[:2]
+    assert first.parameter.max() == 1.2
+    assert sticks.stuck_fraction.max() > 0
+    names["diagram"].to_csv(tmp_path / "own.csv")
+    assert list(csv.reader((tmp_path / "own.csv").read_text().splitlines())) == rows
+    case = slider(STICKS, "toml").decode()
+    (tmp_path / "case.toml").write_text(case)
+    command = shlex.split(case.splitlines()[0].removeprefix("# slipfold "))
+    assert "--also" in command
+    assert run(*command, "--csv", "again.csv").exit_code == 3  # branches end
+    assert list(csv.reader((tmp_path / "again.csv").read_text().splitlines())) == rows

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 import slipfold as sf
+from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_server import BASE, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
@@ -288,3 +289,52 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
     assert [item["name"] for item in fine["attractors"]] == ["period 1", "period 1"]
     counts = [sum(row.count(number) for row in fine["labels"]) for number in (1, 2)]
     assert [item["fraction"] * 121 for item in fine["attractors"]] == pytest.approx(counts)
+
+
+def told_of(catalogue, **request):
+    told = []
+    asked = {"kind": "diagram", "id": 1, "show": "x", **request}
+    Answering(catalogue).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
+    return told
+
+
+def test_what_motions_settle_on_is_added_where_the_response_ends():
+    model = sf.System.from_toml(FORCED_SLIDER)
+    view = {"model": model.name, "vary": "F", "span": [0, 1.2]}
+    *_, response, last = [
+        answer for answer in told_of(Catalogue(model), **view) if "branches" in answer
+    ]
+    # What is known is shown before more is looked for.
+    assert (response["more"], response["draft"], response["done"]) == (True, False, False)
+    assert last["done"]
+    assert last["branches"][:1] == response["branches"]
+    (end,) = (branch["stopped"] for branch in response["branches"])
+    assert end["reason"] == "touches Vrel = 0; no orbit was found beyond"
+    assert end["beyond"]["direction"] == 1
+    right = sf.response(model, "F", (0, 1.2), gaps=True)
+    assert [item["stopped"]["value"] for item in last["branches"]] == [
+        branch.stopped.value for branch in right.branches
+    ]
+    assert len(right.branches) > 1
+
+
+def test_a_motion_is_followed_and_what_cannot_be_is_said():
+    view = {"model": "duffing", "vary": "W", "span": [1.1, 1.3], "show": "q"}
+    orbit = sf.periodic_orbit(sf.built_in_models()["duffing"]().replace(W=1.2))
+    state = dict(zip(("q", "v"), orbit.state.tolist(), strict=True))
+    known = {"value": 1.2, "state": state, "period": 1}
+    nowhere = {"value": 2.0, "state": state}
+    *_, last = told_of(Catalogue(), **view, also=[known, nowhere])
+    *_, alone = told_of(Catalogue(), **view)
+    assert last["branches"] == alone["branches"]
+    assert ["outside the span" in why for why in last["unfollowed"]] == [True]
+
+
+def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
+    settings = PageSettings(filling=0.0)
+    monkeypatch.setattr("slipfold.interface.explorer.curves.PAGE", settings)
+    view = {"model": "vanderpol-free", "vary": "mu", "span": [0.1, 3]}
+    *_, last = told_of(Catalogue(), **view)
+    assert last["done"]
+    assert last["branches"][0]["stopped"]["kind"] == "span"
+    assert all(item["stopped"]["kind"] == "interrupted" for item in last["branches"][1:])

@@ -33,7 +33,7 @@ from slipfold.declarations import documented
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.quantities import Parameter
+from slipfold.models.quantities import DURATION, Parameter
 from slipfold.models.system import System
 from slipfold.models.units import interval, parse_quantity
 from slipfold.options import (
@@ -137,6 +137,7 @@ def response(
         begin = Begin(inside, orbit)
     if orbit is None:
         begin, torus_set = _first(changed, vary, ends, start, settled, tori, chosen, on_progress)
+    unscaled = changed
     # An orbit that sticks has its own scales.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
@@ -150,9 +151,11 @@ def response(
         observer=on_progress,
         through_stick=True,
     )
-    further = _Further(changed, vary, ends, follow, also, gaps, search, on_progress)
-    branches, unfollowed, searched = further.followed(begin, torus_set)
-    stopped = any(branch.interrupted for branch in branches)
+    further = _Further(
+        changed, unscaled, vary, ends, follow, also, gaps, model.values[vary], search, on_progress
+    )
+    branches, unfollowed, searched, stopped = further.followed(begin, torus_set)
+    stopped |= any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
     complete = True
     if gradients and not stopped:
@@ -160,6 +163,7 @@ def response(
     if tori and complete and not stopped and not torus_set:
         torus_set = tori_of(branches, ends, chosen, on_progress)
         complete = not any(item.interrupted for item in torus_set)
+    complete &= not stopped
     checked = check_branches(branches, on_progress) if complete else Checked((), interrupted=True)
     diagram = Diagram(
         changed,
@@ -211,69 +215,71 @@ class _Further:
     """The branches of a response, and those from elsewhere in the span."""
 
     model: Model
+    unscaled: Model  # for solutions: what they are found with depends on where they start
     vary: str
     span: tuple[float, float]
     follow: Callable[..., tuple[Branch, ...]]
     also: Sequence[PeriodicOrbit | Mapping[str, float | str]]
     gaps: bool
+    own: float  # value of the parameter that the model has itself
     search: bool | Mapping[str, Interval]
     observer: Observer | None
 
     def followed(
         self, begin: Begin | None, tori: tuple[TorusBranch, ...]
-    ) -> tuple[tuple[Branch, ...], tuple[str, ...], BranchSearch | None]:
-        """Return the branches, none where there are tori instead; what failed, and the search."""
+    ) -> tuple[tuple[Branch, ...], tuple[str, ...], BranchSearch | None, bool]:
+        """Return the branches, none where there are tori instead.
+
+        Beside them: why nothing was followed from some starts, the search, and whether it was
+        interrupted.
+        """
         branches: tuple[Branch, ...] = ()
         failure = None
+        more = bool(self.also) or self.gaps or bool(self.search)
         if not tori:
             try:
                 branches = self.follow(begin=begin)
             except InputError as error:
-                if begin is not None or not (self.search or self.gaps or self.also):
+                if begin is not None or not more:
                     raise
                 failure = error  # there may be branches elsewhere in the span
-        unfollowed: list[str] = []
-        searched = None
-        if self.also or self.gaps or self.search:
-            branches, searched = self._added(branches, unfollowed)
-        if failure is not None and not branches:
-            raise failure
-        return branches, tuple(unfollowed), searched
-
-    def _added(
-        self, branches: tuple[Branch, ...], unfollowed: list[str]
-    ) -> tuple[tuple[Branch, ...], BranchSearch | None]:
+        if not more:
+            return branches, (), None, False
         # Imported late: these modules take longer to import than a branch to follow.
-        from slipfold.long_term.coexisting import fill_gaps, find_coexisting, follow_from
+        from slipfold.long_term.coexisting import Further, find_coexisting
         from slipfold.long_term.search import checked_box
 
         model, vary, span = self.model, self.vary, self.span
-        for start in self.also:
-            branches, why = follow_from(branches, self.follow, partial(self._begin, start))
-            unfollowed += [why] if why else []
+        known, searched = Further(branches, self.follow), None
+        reasons = [known.add(partial(self._begin, start)) for start in self.also]
         if self.gaps:
-            begin = lambda value: self._begin({vary: value})  # noqa: E731
-            branches = fill_gaps(model, span, branches, self.follow, begin)
-        if not self.search:
-            return branches, None
-        box = None if self.search is True else checked_box(model, self.search)
-        return find_coexisting(model, vary, span, branches, self.follow, box, self.observer)
+            known.fill_gaps(
+                model, span, lambda at: self._begin({vary: at}), self.own, self.observer
+            )
+        branches = known.branches
+        if self.search and not known.interrupted:
+            box = None if self.search is True else checked_box(model, self.search)
+            branches, searched = find_coexisting(
+                model, vary, span, branches, self.follow, box, self.observer
+            )
+        if failure is not None and not branches:
+            raise failure
+        return branches, tuple(filter(None, reasons)), searched, known.interrupted
 
     def _begin(self, start: PeriodicOrbit | Mapping[str, float | str]) -> Begin:
         """Return where the branch of a further start begins."""
         if isinstance(start, PeriodicOrbit):
-            own = start.model.values
-            others = {name: own[name] for name in own if name != self.vary}
-            if start.model.kind != self.model.kind or others != {
-                name: value for name, value in self.model.values.items() if name != self.vary
-            }:
+            own, values = start.model.values, self.model.values
+            free = () if self.model.forced else (DURATION.name,)
+            differ = {name for name in own if own[name] != values[name]} - {self.vary, *free}
+            if start.model.kind != self.model.kind or differ:
                 raise InputError(
                     f"the orbit at {self.vary} = {own[self.vary]:g} has other parameters than the "
                     "response; find it with the same"
                 )
             inside = _within(own[self.vary], self.span)
             return Begin(own[self.vary] if inside is None else inside, start)
-        there, state = _start(self.model, self.vary, self.span, start)
+        there, state = _start(self.unscaled, self.vary, self.span, start)
         return _begin(there, self.vary, state, True, self.observer)
 
 

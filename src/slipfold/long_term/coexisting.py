@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -97,48 +99,100 @@ def _reach(branch: Branch, settled: bool) -> Iterator[tuple[float, float]]:
         yield float(min(values)), float(max(values))
 
 
-def follow_from(
-    branches: tuple[Branch, ...], follow: Follow, begin: Callable[[], Begin]
-) -> tuple[tuple[Branch, ...], str]:
-    """Return branches and those from a further start, unless one of them passes through it.
+class Further:
+    """Branches of a response, and those from further starts."""
 
-    Beside them: why nothing was followed from there; empty if something was, or is known.
-    """
-    try:
-        start = begin()
-        if not _is_known(start, branches):
-            branches = (*branches, *_numbered(follow(begin=start), len(branches)))
-    except InputError as error:
-        return branches, str(error)
-    return branches, ""
+    def __init__(self, branches: tuple[Branch, ...], follow: Follow) -> None:
+        self.interrupted = any(branch.interrupted for branch in branches)
+        self._response = branches
+        self._follow = follow
+        self._added: list[tuple[Begin, tuple[Branch, ...]]] = []
+
+    @property
+    def branches(self) -> tuple[Branch, ...]:
+        """All branches, new ones last."""
+        known = self._response
+        for _, new in self._added:
+            known = (*known, *_numbered(new, len(known)))
+        return known
+
+    def add(self, begin: Callable[[], Begin]) -> str:
+        """Follow the branches from a start, unless a branch passes through it.
+
+        Branches that are found to emanate from the new ones are replaced by them. Return why
+        nothing was followed; empty if something was, or is known. An interruption keeps the
+        branches followed so far.
+        """
+        if self.interrupted:
+            return ""
+        try:
+            start = begin()
+            if not _is_known(start, self.branches):
+                new = self._follow(begin=start)
+                kept = [item for item in self._added if not _is_known(item[0], new)]
+                self._added = [*kept, (start, new)]
+                self.interrupted = any(branch.interrupted for branch in new)
+        except KeyboardInterrupt:
+            self.interrupted = True
+        except InputError as error:
+            return str(error)
+        return ""
+
+    def fill_gaps(
+        self,
+        model: Model,
+        span: tuple[float, float],
+        begin: Callable[[float], Begin],
+        own: float,
+        observer: Observer | None,
+    ) -> None:
+        """Add the branches of attractors at parameter values that no branch reaches.
+
+        These are the model's own value, if it is one, and middles of gaps. Beyond a limit of the
+        model there is nothing to follow.
+        """
+        tried = list[float]()
+        while len(tried) < GAPS.places:
+            branches = self.branches
+            gaps = (
+                [] if any(item.interrupted for item in branches) else _open(branches, model, span)
+            )
+            gaps = [
+                part
+                for low, high in gaps
+                for part in pairwise(sorted({low, high, *(v for v in tried if low < v < high)}))
+            ]
+            if not gaps:
+                break
+            low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
+            mine = not tried and any(first < own < last for first, last in gaps)
+            at = own if mine else (low + high) / 2
+            tried.append(at)
+            self.add(partial(_reported, observer, len(tried), branches, at, begin))
 
 
-def fill_gaps(
-    model: Model,
-    span: tuple[float, float],
-    branches: tuple[Branch, ...],
-    follow: Follow,
+def _reported(
+    observer: Observer | None,
+    place: int,
+    branches: Sequence[Branch],
+    value: float,
     begin: Callable[[float], Begin],
-) -> tuple[Branch, ...]:
-    """Return branches and those of attractors at parameter values that none of them reaches.
+) -> Begin:
+    """Report what is known before a gap is looked into; return what is there."""
+    if observer is not None:
+        values = {"branch": len(branches), "points": 0, "parameter": value, "special": ()}
+        values |= {"period": 1, "branches": branches}
+        observer(Progress("gaps", place - 1, GAPS.places, values=values))
+    return begin(value)
 
-    Beyond a limit of the model there is nothing to follow.
-    """
-    tried = list[float]()
-    limits = {end.value for branch in branches for end in branch.ends if end.kind == "limit"}
-    while len(tried) < GAPS.places and not any(branch.interrupted for branch in branches):
-        gaps = [
-            (low, high)
-            for low, high in gaps_between(branches, span, GAPS.wide, not model.forced)
-            if not any(low < value < high for value in tried)
-            and not any(np.isclose(end, (low, high)).any() for end in limits)
-        ]
-        if not gaps:
-            break
-        low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
-        tried.append((low + high) / 2)
-        branches, _ = follow_from(branches, follow, lambda: begin(tried[-1]))
-    return branches
+
+def _open(
+    branches: Sequence[Branch], model: Model, span: tuple[float, float]
+) -> list[tuple[float, float]]:
+    """Return gaps in which there may be something."""
+    limits = [end.value for branch in branches for end in branch.ends if end.kind == "limit"]
+    gaps = gaps_between(branches, span, GAPS.wide, not model.forced)
+    return [gap for gap in gaps if not any(np.isclose(end, gap).any() for end in limits)]
 
 
 STAGE = "search for others"

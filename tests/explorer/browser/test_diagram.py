@@ -5,7 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_page import DIAGRAM
+from helpers.dry_friction import FORCED_SLIDER
+from helpers.explorer_page import DIAGRAM, ExplorerPage, served
 
 BASE = [
     "PD 0.04358\u202fN supercritical",
@@ -179,3 +180,44 @@ def test_markup_in_a_model_is_shown_as_text(explorer):
     expect(explorer.page.locator("[data-name=F] .doc")).to_have_text("<script>alert(2)</script>")
     assert explorer.page.locator("main img, main script, aside b").count() == 0
     assert "<u>q</u>" in "".join(explorer.page.locator(f"{DIAGRAM} text").all_text_contents())
+
+
+def test_the_orbit_that_is_looked_at_stays_along_another_parameter(explorer):
+    explorer.open("model=sliding&p.f=12.2&p.Nd=0.15")
+    explorer.orbit_shown(2)
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("period 2, stable")
+    with explorer.redrawn():
+        explorer.page.get_by_label("Vary", exact=True).select_option("mu")
+    explorer.page.wait_for_url("**also=at**")
+    expect(explorer.page.locator("#orbit-title")).to_contain_text("μ = 0.5: period 2, stable")
+
+
+def test_a_motion_that_settled_is_followed(context, tmp_path):
+    case = tmp_path / "slider.toml"
+    case.write_text(FORCED_SLIDER)
+    with served(case, workers=1) as address:
+        explorer = ExplorerPage(context.new_page(), address).open("model=forced slider&p.F=1.1")
+        page = explorer.page
+        expect(page.locator(".ends")).to_contain_text(
+            "touches Vrel = 0; no orbit was found beyond."
+        )
+        expect(page.locator(".ends")).not_to_contain_text("--")
+        # What motions settle on is there by itself, and its orbits have pictures.
+        expect(page.locator("#orbit-title")).to_contain_text("F = 1.1: period 1, stable")
+        page.get_by_role("button", name="From rest").click()
+        page.get_by_role("button", name="Follow this motion").click()
+        page.wait_for_url("**also=at%3D1.1%26period%3D1%26s.x**")
+        page.reload()  # the link has it
+        expect(page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
+        expect(page.get_by_role("alert")).to_have_count(0)
+        expect(page.locator("#orbit-title")).to_contain_text("F = 1.1: period 1, stable")
+        # Between 0.29 and 0.42 there is a gap that no middle of a gap fills.
+        explorer.open("model=forced slider&vary=Vd&span=0.001~2&p.W=0.6")
+        way = page.get_by_role("button", name="Follow what motions settle on at 0.323")
+        way.click()
+        page.wait_for_url("**also=at%3D0.323**")
+        page.get_by_label("Undo (Ctrl+Z)").click()
+        expect(page).not_to_have_url(re.compile("also="))
+        expect(page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
+        page.close()
+        assert explorer.faults == []

@@ -16,12 +16,19 @@ from slipfold.computations.long_term import simulate
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.curves import PlaneProgress, diagram_note, diagram_view, plane_view
+from slipfold.interface.explorer.curves import (
+    GapsProgress,
+    PlaneProgress,
+    diagram_note,
+    diagram_view,
+    plane_view,
+)
 from slipfold.interface.explorer.export import python_text, toml_text, written
 from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     ExportRequest,
+    FurtherStart,
     OnBranch,
     OrbitRequest,
     PlaneRequest,
@@ -124,7 +131,13 @@ class Answering:
             if draft is not None:
                 send({"draft": True, **diagram_view(draft, show, statistic), "done": False})
             watch = now_and_then(send, check, diagram_note)
-            diagram = self._diagram(request, check, watch)
+            more = {"draft": False, "more": True, "done": False}
+            diagram = self._diagram(
+                request,
+                check,
+                watch,
+                lambda known: send({**diagram_view(known, show, statistic), **more}),
+            )
             send({"draft": False, **diagram_view(diagram, show, statistic)})
 
     def post(self, request: PostedRequest) -> Any:
@@ -160,7 +173,7 @@ class Answering:
         """Return a diagram from the last one that differs in parameters alone."""
         model = self._catalogue.of(request)
         near = self._nearest.get(_family(model, request))
-        if near is None or (model, request.vary, request.span) in self._diagrams:
+        if near is None or _key(model, request) in self._diagrams:
             return None
         changed = model.replace(**{request.vary: request.span[0]})
         branches = draft_branches(near.branches, changed)
@@ -175,12 +188,16 @@ class Answering:
         request: DiagramRequest | OrbitRequest,
         check: Check,
         observer: Observer | None = None,
+        show: Callable[[Diagram], None] | None = None,
     ) -> Diagram:
-        """Return the diagram that a request is about."""
+        """Return the diagram that a request is about; show the response before what is added."""
         model = self._catalogue.of(request)
-        key, watch = (model, request.vary, request.span), _checking(check, observer)
+        key = _key(model, request)
         if key not in self._diagrams:
-            self._diagrams[key] = response(model, request.vary, request.span, on_progress=watch)
+            watch = GapsProgress(_checking(check, observer), model, request, show)
+            also = [_further(model, request.vary, item) for item in request.also]
+            given = (model, request.vary, request.span)
+            self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
         self._nearest[_family(model, request)] = self._diagrams[key]
         self._diagrams.move_to_end(key)
         while len(self._diagrams) > PAGE.diagrams:
@@ -239,6 +256,23 @@ def _checking(check: Check, observer: Observer | None) -> Observer:
     return watch
 
 
+def _further(model: Model, vary: str, start: FurtherStart) -> PeriodicOrbit | dict[str, float]:
+    """Return where a further branch begins, as `slipfold.response` takes it.
+
+    Where other parameters have moved an orbit away, what a solution settles on takes its place.
+    """
+    if start.period is not None:
+        with suppress(InputError):
+            there = model.replace(**{vary: start.value})
+            return periodic_orbit(there, start.period, start.state, duration=start.duration)
+    return {vary: start.value, **start.state}
+
+
+def _key(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
+    """Return the key of a diagram."""
+    return model, request.vary, request.span, str(request.also)
+
+
 def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
     """Return the key of diagrams that differ in parameters alone."""
-    return model.kind, request.vary, request.span
+    return model.kind, request.vary, request.span, str(request.also)

@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterable
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.bifurcations.loci.region_map import RegionMap
 from slipfold.bifurcations.loci.window import LocusLine
+from slipfold.continuation.end import End
 from slipfold.errors import InputError
-from slipfold.interface.explorer.plain import Emit, axis_of, number, short
+from slipfold.interface.explorer.messages import DiagramRequest, OrbitRequest
+from slipfold.interface.explorer.plain import Emit, axis_of, number, short, without_options
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.lines import branch_segments, locus_segments, measure_of
+from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.parameter_space.measurement import Measurement
-from slipfold.progress import Progress
+from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.records import provenance
 from slipfold.results.study import StudyResult
 from slipfold.studies.plan import Grid
 from slipfold.text import certain
@@ -43,6 +49,7 @@ def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
         "y": {**axis_of(model, show), "statistic": statistic},
         "branches": [_branch(branch, show, statistic) for branch in diagram.branches],
         "checked": checked_view(diagram.checked),
+        "unfollowed": [without_options(why) for why in diagram.unfollowed],
     }
 
 
@@ -111,7 +118,34 @@ def _sentence(point: SpecialPoint) -> str:
 
 def _end(branch: Branch, which: str) -> dict[str, Any]:
     end = branch.started if which == "started" else branch.stopped
-    return {"kind": end.kind, "reason": end.reason, "value": number(end.value)}
+    return {
+        "kind": end.kind,
+        "reason": _reason(end),
+        "value": number(end.value),
+        "beyond": _beyond(branch) if which == "stopped" and end.kind == "failed" else None,
+    }
+
+
+def _reason(end: End) -> str:
+    if end.kind == "interrupted":
+        return f"not followed farther within {PAGE.filling:g} s; the copied Python follows it"
+    return without_options(end.reason)
+
+
+def _beyond(branch: Branch) -> dict[str, Any] | None:
+    """Return where a solution starts that shows what there is beyond the end of a branch.
+
+    None where its last two points do not tell where that is.
+    """
+    away = float(branch.parameter[-1] - branch.parameter[-2]) if len(branch) > 1 else 0.0
+    if away == 0.0:
+        return None
+    state = branch.orbit(len(branch) - 1).state
+    names = [item.name for item in branch.model.states]
+    return {
+        "direction": math.copysign(1.0, away),
+        "state": dict(zip(names, state.tolist(), strict=True)),
+    }
 
 
 def diagram_note(progress: Progress) -> dict[str, Any]:
@@ -121,6 +155,38 @@ def diagram_note(progress: Progress) -> dict[str, Any]:
     if progress.stage != "branches":
         words += f", {progress.stage}: {progress.done} done"
     return {"progress": words, "value": number(values["parameter"])}
+
+
+class GapsProgress:
+    """The progress of a response; an observer of its computation.
+
+    What is known before gaps are filled is shown, and they are filled for no longer than a reader
+    waits.
+    """
+
+    def __init__(
+        self,
+        observer: Observer,
+        model: Model,
+        request: DiagramRequest | OrbitRequest,
+        show: Callable[[Diagram], None] | None,
+    ) -> None:
+        self._observer = observer
+        self._about = model.replace(**{request.vary: request.span[0]}), request.vary, request.span
+        self._show = show
+        self._end: float | None = None
+
+    def __call__(self, progress: Progress) -> None:
+        """Take a note of the computation."""
+        self._observer(progress)
+        if progress.stage == "gaps" and self._end is None:
+            self._end = perf_counter() + PAGE.filling
+            branches = progress.values["branches"]
+            if branches and self._show is not None:
+                known = Diagram(*self._about, branches, Settings(), (), provenance(0.0))
+                self._show(known)
+        if self._end is not None and progress.stage != "checks" and perf_counter() > self._end:
+            raise KeyboardInterrupt
 
 
 def plane_view(result: LocusDiagram) -> dict[str, Any]:

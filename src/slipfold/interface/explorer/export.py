@@ -10,6 +10,7 @@ from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     DrawnRequest,
+    FurtherStart,
     OrbitRequest,
     PlaneRequest,
     SimulationRequest,
@@ -83,7 +84,7 @@ def python_text(
     import slipfold as sf
     <BLANKLINE>
     model = sf.SlidingOscillator()
-    diagram = sf.response(model, vary="Nd", span=(0.0, 0.98))
+    diagram = sf.response(model, vary="Nd", span=(0.0, 0.98), gaps=True)
     print(diagram.summary())
     diagram.plot("x", measure="max").figure.savefig("diagram.svg")
     <BLANKLINE>
@@ -104,8 +105,10 @@ def _steps(
     if isinstance(view, DiagramRequest):
         span = f"({view.span[0]!r}, {view.span[1]!r})"
         read = f"measured = sf.read_measurement({measurements!r}, model)"
+        also = f", also=[{', '.join(_further(view, start) for start in view.also)}]"
         return [
-            f'diagram = sf.response(model, vary="{view.vary}", span={span})',
+            f'diagram = sf.response(model, vary="{view.vary}", span={span}'
+            f"{also if view.also else ''}, gaps=True)",
             "print(diagram.summary())",
             *([read] if measurements else []),
             f'diagram.plot("{view.show}", measure="{view.statistic}"'
@@ -139,6 +142,17 @@ def _steps(
         "print(orbit.multipliers, orbit.stable)",
         "time, states = orbit.sample()",
     ]
+
+
+def _further(view: DiagramRequest, start: FurtherStart) -> str:
+    """Return an expression for where a further branch begins."""
+    if start.period is None:
+        return repr({view.vary: start.value, **start.state})
+    duration = "" if start.duration is None else f", duration={start.duration!r}"
+    return (
+        f"sf.periodic_orbit(model.replace({view.vary}={start.value!r}), {start.period}, "
+        f"{start.state!r}{duration})"
+    )
 
 
 def _model(model: Model, file: Path | None, text: str | None = None) -> str:
@@ -188,7 +202,7 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
     ...     ' "show": "x"}'
     ... )
     >>> print(toml_text(SlidingOscillator(f=12.2), view))
-    # slipfold response case.toml --vary Nd=0.0:0.98
+    # slipfold response case.toml --vary Nd=0.0:0.98 --gaps
     model = "sliding"
     <BLANKLINE>
     [parameters]
@@ -215,7 +229,12 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
 
 def _command(model: Model, view: DrawnRequest) -> str:
     if isinstance(view, DiagramRequest):
-        return f"slipfold response case.toml --vary {_ends(view.vary, view.span)}"
+        starts = [{view.vary: start.value, **start.state} for start in view.also]
+        also = "".join(
+            f" --also {','.join(f'{name}={value!r}' for name, value in start.items())}"
+            for start in starts
+        )
+        return f"slipfold response case.toml --vary {_ends(view.vary, view.span)}{also} --gaps"
     if isinstance(view, PlaneRequest):
         axes = " ".join(f"--vary {_ends(axis.name, axis.span)}" for axis in (view.x, view.y))
         return f"slipfold locus case.toml {axes}{' --regions' if model.forced else ''}"

@@ -79,11 +79,27 @@ class _ModelRequest(_OfModel, _Request):
         return ()
 
 
+class FurtherStart(_Message):
+    """Where a further branch begins: an orbit, or what a solution settles on.
+
+    States that are not given are those of the model's start.
+    """
+
+    value: Number  # value of the parameter that is varied
+    state: Values = {}  # states at phase zero by name
+    # Period of an orbit in forcing periods; None for what a solution from the state settles on
+    period: Annotated[int, Field(ge=1, le=64, strict=True)] | None = None
+    # Duration of a cycle of an autonomous model in seconds, about
+    duration: Annotated[Number, Field(gt=0)] | None = None
+
+
 class _ResponseRequest(_ModelRequest):
     """The response that a view is about: what is varied, from where to where."""
 
     vary: Name
     span: tuple[Number, Number]
+    # Orbits and solutions whose branches are followed besides those of the response
+    also: Annotated[tuple[FurtherStart, ...], Field(max_length=PAGE.starts)] = ()
 
     @property
     def varied(self) -> tuple[str, ...]:

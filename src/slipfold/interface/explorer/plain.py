@@ -109,6 +109,16 @@ def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
     }
 
 
+def without_options(sentence: str) -> str:
+    """Return a sentence without the clauses that name options of the command line.
+
+    >>> without_options("touches Vrel = 0; no orbit was found beyond; start there (--start)")
+    'touches Vrel = 0; no orbit was found beyond'
+    """
+    parts = sentence.split("; ")
+    return "; ".join(part for part in parts if not re.search(r"\(--\w", part)) or sentence
+
+
 def short(values: ArrayLike) -> list[float]:
     """Round an array for drawing, relative to its largest value.
 

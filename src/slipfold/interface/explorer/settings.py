@@ -18,6 +18,9 @@ class PageSettings:
     bodies: int = 40  # maximum number of bodies of a mechanism that is drawn in a row
     texts: int = 16  # models made of texts that are stored: a page undoes a few steps at once
     margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value
+    starts: int = 8  # starts of further branches of a diagram: each takes as long as the response
+    # Seconds for branches beyond those of the response: a reader sees these meanwhile
+    filling: float = 5.0
     diagrams: int = 16  # diagrams stored, each below a megabyte
     solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states
     # Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six

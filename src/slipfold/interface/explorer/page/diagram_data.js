@@ -1,6 +1,7 @@
 /** A response diagram as data: marked points, places on branches, traces of plotly. */
 
 import { display, withUnit } from "./quantities.js";
+import { ANY } from "./view.js";
 
 const DIGITS = 6;
 
@@ -74,14 +75,14 @@ export function crossings(diagram, value) {
 }
 
 /**
- * The place that is meant: on the chosen branch and as near as can be, else a stable one,
- * else that on the branch found last.
+ * The place that is meant: on the chosen branch, or any, and as near as can be, else a stable one,
+ * else that on the first branch that moves: those of longer periods come after it.
  */
 export function chosenPlace(places, chosen) {
   if (places.length === 0) return null;
-  const onBranch = chosen ? places.filter((place) => place.branch === chosen.branch) : [];
+  const onBranch = chosen ? places.filter(({ branch }) => [branch, ANY].includes(chosen.branch)) : [];
   if (onBranch.length > 0) return least(onBranch, (place) => Math.abs(place.y - chosen.y));
-  return places.find((place) => place.kind === "stable") ?? places.at(-1);
+  return places.find(({ kind }) => kind === "stable") ?? places.find(({ isEquilibrium }) => !isEquilibrium) ?? places[0];
 }
 
 /**

@@ -5,7 +5,7 @@ import { Choice, element, icon, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
 import {
-  STATISTICS, initialView, inside, spanOf, withPin, withPinName, withVaried, withoutPin,
+  STATISTICS, initialView, inside, spanOf, withPin, withPinName, withStart, withVaried, withoutPin,
 } from "./view.js";
 
 export class CheckedLine {
@@ -75,10 +75,13 @@ export class DiagramControls {
   }
 
   #varied(name) {
-    const { model, view, store } = this.#session;
+    const { model, view, store, place } = this.#session;
     const span = spanOf(model, name);
-    const next = withVaried(view, name, span);
     const value = inside(view.parameters[name], span);
+    // The first branch is that of the response along any parameter.
+    const isOwn = !place || place.branch === 1 || value !== view.parameters[name];
+    const start = isOwn ? null : this.#session.startOfOrbit(value);
+    const next = withVaried(view, name, span, start, place?.y);
     store.commit({ ...next, parameters: { ...view.parameters, [name]: value } });
   }
 
@@ -153,6 +156,9 @@ export class Pins {
 /** Ends of branches that need no word: the end of the span, and where another branch is met. */
 const EXPECTED = new Set(["span", "closed", "bifurcation"]);
 
+/** Share of the span by which a motion starts beyond the end of a branch. */
+const BEYOND = 0.02;
+
 const SHAPES = {
   circle: "M4 0A4 4 0 1 1-4 0A4 4 0 1 1 4 0Z",
   square: "M-3.6-3.6H3.6V3.6H-3.6Z",
@@ -191,7 +197,8 @@ export class SpecialPoints {
     const sentences = ends.map(({ kind, period, stopped }) =>
       `${named(kind, period)} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
-    this.#ends.textContent = [...new Set(sentences)].join(" ");
+    const failed = diagram.unfollowed.map((why) => `Nothing was followed from a motion: ${why}.`);
+    this.#ends.replaceChildren([...new Set([...sentences, ...failed])].join(" "), ...this.#ways(diagram, ends));
     this.#ends.title = this.#ends.textContent;
     this.#checked.show(diagram.checked);
     this.#items = items;
@@ -200,6 +207,21 @@ export class SpecialPoints {
     this.#key = key;
     this.#list.replaceChildren(...items.map((item, i) => this.#button(item, i)));
     this.#list.hidden = items.length === 0;
+  }
+
+  /** Buttons that follow what motions settle on beyond ends of branches, each place once. */
+  #ways({ x, branches }, ends) {
+    const [low, high] = [Math.min(...this.#session.view.span), Math.max(...this.#session.view.span)];
+    const starts = ends.filter(({ stopped }) => stopped.beyond).map(({ stopped: { value, beyond } }) => ({
+      value: Number((value + beyond.direction * BEYOND * (high - low)).toPrecision(6)), state: beyond.state,
+    }));
+    const isBare = ({ value }) => value > low && value < high && !branches.some((branch) =>
+      value >= Math.min(...branch.x) && value <= Math.max(...branch.x));
+    return starts.filter(isBare).map((start) => element("button", {
+      type: "button", class: "small-button",
+      title: "Integrates a motion there until it is steady, and follows its branch",
+      on: { click: () => this.#session.store.commit(withStart(this.#session.view, start)) },
+    }, `Follow what motions settle on at ${withUnit(x, start.value)}`));
   }
 
   #items = [];

@@ -164,7 +164,7 @@ export class DiagramPlot {
 
   /** Whether the curve drawn is a draft, or belongs to other values: the exact one is to come. */
   get #isFaint() {
-    return !this.#session.isSettled;
+    return !this.#session.isSettled && !this.#session.isMore;
   }
 
   #simulatedTraces(color) {
@@ -234,8 +234,8 @@ export class DiagramPlot {
     this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
     this.node.classList.toggle("empty", !diagram);
     this.node.classList.toggle("working", !isSettled && !diagram?.draft);
-    this.#words.textContent = connection.isAlive
-      ? "Computing the response…" : "Not computed: there is no connection.";
+    const words = this.#session.isMore ? "Following what motions settle on elsewhere…" : "Computing the response…";
+    this.#words.textContent = connection.isAlive ? words : "Not computed: there is no connection.";
     this.#draft.hidden = isSettled || !diagram?.draft;
   }
 

@@ -6,6 +6,7 @@ import { DiagramControls, Pins, SpecialPoints } from "./diagram_panel.js";
 import { DiagramPlot } from "./diagram_plot.js";
 import { element, roving } from "./dom.js";
 import { ModelEditor, readLink } from "./editor.js";
+import { FollowMotion } from "./following.js";
 import { FrictionPanel } from "./friction.js";
 import { Announcer, Notices, StatusLine, TextDialog } from "./messages.js";
 import { OrbitPanel } from "./orbit.js";
@@ -103,7 +104,7 @@ function build(models, study, { view: given, sentence }) {
       element("div", { class: "plane-body" }, plane.node, element("div", { class: "plane-side" },
         plane.legend.node, plane.pointed.node, regimes.node))),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),
-    simulation: panel("simulation", "Simulation", [menus.simulation.node],
+    simulation: panel("simulation", "Simulation", [new FollowMotion(session, simulation).node, menus.simulation.node],
       simulations.node),
     basins: panel("basins", "Basins", [], new BasinsPanel(session, simulation).node),
   };

@@ -3,7 +3,7 @@
 import { Requests, withText } from "./connection.js";
 import { asSpecial, chosenPlace, crossings } from "./diagram_data.js";
 import { Signal, Store } from "./store.js";
-import { diagramRequest, orbitRequest, planeRequest } from "./view.js";
+import { ANY, diagramRequest, orbitRequest, planeRequest } from "./view.js";
 
 export class Refusals {
   /** Announces sentences by the parameter whose value is refused. */
@@ -77,6 +77,8 @@ export class Session {
   failed = new Signal();
 
   diagram = null;
+  /** Whether the diagram is exact, and branches may be added to it. */
+  isMore = false;
   place = null;
   pins = new Map();
   #keys = { diagram: "", plane: "" };
@@ -140,6 +142,19 @@ export class Session {
     this.#askOrbit(place ?? this.place);
   }
 
+  /**
+   * Where the branch of the orbit that is shown begins, along a parameter with this value.
+   * @returns {import("./view.js").Start|null} null while there is no orbit
+   */
+  startOfOrbit(value) {
+    const answer = this.place && this.#orbits.get(JSON.stringify(orbitRequest(this.view, this.place)));
+    if (!answer) return null;
+    const state = Object.fromEntries(Object.entries(answer.states).map(([name, values]) => [name, values[0]]));
+    if (answer.eigenvalues) return { value, state };
+    const duration = this.model.forced ? {} : { duration: answer.duration };
+    return { value, state, period: this.model.forced ? answer.period : 1, ...duration };
+  }
+
   /** Compute the plane that the view shows, even if it is the same as before. */
   computePlane() {
     this.#keys.plane = "";
@@ -172,6 +187,7 @@ export class Session {
     const key = JSON.stringify(request);
     if (key === this.#keys.diagram) return;
     this.#keys.diagram = key;
+    this.isMore = false;
     this.progressed.announce(null);
     const onAnswer = (answer) => {
       if (answer.progress) {
@@ -181,6 +197,7 @@ export class Session {
       this.diagram = answer;
       this.#hasFailed = false;
       this.#settled = answer.done ? key : null;
+      this.isMore = Boolean(answer.more);
       this.#fail("diagram", null);
       this.diagramArrived.announce({ answer, view, request });
       this.#choosePlace();
@@ -265,7 +282,8 @@ export class Session {
     const value = view.parameters[view.vary];
     const place = chosenPlace(crossings(this.diagram, value), this.#followed ?? view.at);
     this.place = asSpecial(this.diagram, place);
-    if (this.place && this.#followed) {
+    // A branch that is known by its height alone may still be missing.
+    if (this.place && this.#followed && (this.#followed.branch !== ANY || this.isSettled)) {
       this.#followed = { branch: this.place.branch, y: this.place.y };
     }
     this.placeChanged.announce(this.place);

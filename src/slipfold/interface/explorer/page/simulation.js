@@ -135,14 +135,14 @@ export class Simulation {
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ far, sections, done, verdict, last = null, longer = null, duration = null, contacts = null }) {
+  #take({ far, sections, done, verdict, last = null, longer = null, duration = null, contacts = null, settled = false, period = null }) {
     if (far) {
       this.#become({ far, verdict: `After ${far}…` });
     } else if (done) {
       const sentence = contacts?.words ? `${this.state.verdict}. ${contacts.words}` : this.state.verdict;
       this.#become({ isRunning: false, contacts, verdict: sentence });
     } else {
-      this.#become({ ...this.#joined(sections), cycle: duration ?? this.state.cycle, last, longer, verdict });
+      this.#become({ ...this.#joined(sections), cycle: duration ?? this.state.cycle, last, longer, settled, period, verdict });
     }
   }
 
@@ -184,7 +184,8 @@ function systemOf(view) {
 
 function nothing() {
   return {
-    isRunning: false, verdict: "", far: "", ends: [], max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, last: null, longer: null, contacts: null,
+    isRunning: false, verdict: "", far: "", ends: [], max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, last: null, longer: null, settled: false, period: null,
+    contacts: null,
   };
 }
 

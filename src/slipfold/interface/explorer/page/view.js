@@ -30,6 +30,7 @@ export function initialView(model) {
     show,
     statistic,
     at: null,
+    also: [],
     pins: [],
     plane: model.plane ?? null,
     zoom: null,
@@ -54,9 +55,38 @@ export function rangeOf({ ranges }, { name, low, high }) {
   return ranges[name] ?? [low, high];
 }
 
-/** A view along another parameter. */
-export function withVaried(view, vary, span) {
-  return { ...view, vary, span, at: null, zoom: null };
+/**
+ * A view along another parameter.
+ * @param {Start|null} start of the orbit that is looked at, which stays in sight
+ * @param {number} [y] what the diagram shows of it
+ */
+export function withVaried(view, vary, span, start = null, y = 0) {
+  return { ...view, vary, span, at: start && { branch: ANY, y }, also: start ? [start] : [], zoom: null };
+}
+
+/** Of the working point: the branch whose orbit comes nearest. */
+export const ANY = 0;
+
+/** Further starts that a diagram may have. */
+const MOST_STARTS = 8;
+
+/**
+ * @typedef {object} Start where a branch begins besides those of the response
+ * @property {number} value of the parameter that is varied
+ * @property {Record<string, number>} state
+ * @property {number} [period] of an orbit; without it a solution from the state leads to one
+ * @property {number} [duration] of a cycle, in s
+ */
+
+/**
+ * A view whose diagram has a further branch.
+ * @param {Start} start
+ * @param {number|null} y what the diagram shows of it, if that is known
+ */
+export function withStart(view, start, y = null) {
+  const parameters = { ...view.parameters, [view.vary]: start.value };
+  const also = [...view.also, start].slice(-MOST_STARTS);
+  return { ...view, parameters, also, at: y === null ? null : { branch: ANY, y } };
 }
 
 /** A view with one more pinned curve. */
@@ -80,8 +110,8 @@ export function withPinName(view, id, name) {
  * @param {Record<string, number>} [parameters] those of a pinned curve
  */
 export function diagramRequest(view, parameters = view.parameters) {
-  const { model, vary, span, show, statistic } = view;
-  return { kind: "diagram", model, parameters: without(parameters, vary), vary, span, show, statistic };
+  const { model, vary, span, show, statistic, also } = view;
+  return { kind: "diagram", model, parameters: without(parameters, vary), vary, span, show, statistic, also };
 }
 
 /** The request for a motion that is swept along the diagram of a view. */
@@ -91,10 +121,10 @@ export function sweepRequest(view) {
 
 /** The request for an orbit on the diagram of a view. */
 export function orbitRequest(view, { branch, arclength, x, isTurn = false, special }) {
-  const { model, vary, span } = view;
+  const { model, vary, span, also } = view;
   const parameters = without(view.parameters, vary);
   const at = isTurn || special ? { branch, arclength } : { branch, arclength, value: x };
-  return { kind: "orbit", model, parameters, vary, span, at };
+  return { kind: "orbit", model, parameters, vary, span, also, at };
 }
 
 /** The request for the plane of a view. */
@@ -158,6 +188,7 @@ export function addressOf(view, model) {
   if (!same(view.plane, usual.plane)) put("plane", view.plane ? planeText(view.plane) : "none");
   if (model.text && isShort(model)) put("text", model.text);
   for (const [name, range] of Object.entries(view.ranges)) put(`range.${name}`, range.map(digits).join("~"));
+  for (const start of view.also) query.append("also", startText(start));
   for (const pin of view.pins) {
     const inner = new URLSearchParams({ name: pin.name });
     for (const [name, text] of changed(pin.parameters, usual.parameters)) inner.set(name, text);
@@ -192,6 +223,15 @@ function digits(value) {
   return String(Number(value.toPrecision(12)));
 }
 
+/** A start in full: what Newton's method or a solution makes of it depends on it. */
+function startText({ value, state, period, duration }) {
+  const inner = new URLSearchParams({ at: value });
+  if (period !== undefined) inner.set("period", period);
+  if (duration !== undefined) inner.set("duration", duration);
+  for (const [name, number] of Object.entries(state)) inner.set(`s.${name}`, number);
+  return inner.toString();
+}
+
 function planeText({ x, y }) {
   return [x.name, ...x.span.map(digits), y.name, ...y.span.map(digits)].join("~");
 }
@@ -200,7 +240,7 @@ function same(a, b) {
   return JSON.stringify(a) === JSON.stringify(b);
 }
 
-const KEYS = ["model", "vary", "span", "show", "of", "at", "zoom", "plane", "pin", "text"];
+const KEYS = ["model", "vary", "span", "show", "of", "at", "also", "zoom", "plane", "pin", "text"];
 const MOST_PINS = 12;
 const MOST_TOLD = 4;
 
@@ -254,6 +294,7 @@ class AddressReader {
       show: this.#oneOf("show", shown) ?? usual.show,
       statistic: this.#oneOf("of", Object.keys(STATISTICS)) ?? usual.statistic,
       parameters: this.#values(this.#query, "p.", usual.parameters),
+      also: this.#starts(),
       at: at && { branch: at[0], y: at[1] },
       zoom: zoom && { x: zoom.slice(0, 2), y: zoom.slice(2) },
       plane: this.#plane(usual.plane),
@@ -304,6 +345,22 @@ class AddressReader {
     }
     this.#fault("plane", "is not two parameters with two growing numbers each");
     return usual;
+  }
+
+  #starts() {
+    const read = this.#query.getAll("also").slice(0, MOST_STARTS).map((text) => this.#start(new URLSearchParams(text)));
+    if (read.includes(null)) this.#fault("also", "is no value with states of the model");
+    return read.filter(Boolean);
+  }
+
+  #start(query) {
+    const numbers = Object.fromEntries([...query].map(([key, text]) => [key, text.trim() === "" ? NaN : Number(text)]));
+    const { at, period, duration, ...rest } = numbers;
+    const state = Object.fromEntries(Object.entries(rest).map(([key, value]) => [key.replace(/^s\./, ""), value]));
+    const isKnown = Object.keys(state).every((name) => this.#model.states.some((item) => item.name === name));
+    const isRound = period === undefined || (Number.isInteger(period) && period > 0);
+    if (at === undefined || !isKnown || !isRound || !Object.values(numbers).every(Number.isFinite)) return null;
+    return { value: at, state, ...(period && { period }), ...(duration > 0 && { duration }) };
   }
 
   #pin(text, id, usual) {
