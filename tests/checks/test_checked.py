@@ -167,6 +167,15 @@ def test_modes_too_fast_for_collocation_are_checked_by_harmonic_balance():
     assert (one.what, one.agrees) == ("multipliers", False)
 
 
+def test_an_orbit_in_thousands_of_nodes_needs_no_matrix_of_all_of_them():
+    orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
+    finer = dataclasses.replace(orbit, nodes=orbit.sample(4096)[1])
+    assert finer.nodes.shape == (4096, 2)
+    (found,) = check_some([Candidate("orbit", finer, resting=False)], 10_000).checks
+    assert found.method != "collocation"
+    assert found.agrees
+
+
 def test_whoever_interrupts_a_check_has_what_is_done(monkeypatch):
     orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
 

@@ -29,6 +29,8 @@ class CheckSettings:
     degree: int = 6  # Gauss points a piece: the error falls with the 13th power of its length
     pieces: int = 24  # pieces of a forcing period at least, each compared at 12 points
     max_pieces: int = 2000  # beyond which multipliers are left alone, and a trajectory is not cut
+    # Coordinates of all nodes, whose equations are a dense matrix: its singular vectors take 0.5 GB
+    max_unknowns: int = 4000
     batch: int = 160  # pieces that are halved at once, the first ones
     condensed: int = 300  # equations of harmonic balance, as many as a point of a stiff branch
     memory: int = 4_000_000  # numbers in the matrices that are stored at a time: 32 MB

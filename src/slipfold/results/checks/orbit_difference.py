@@ -85,6 +85,8 @@ class Difference:
 def pieces_of(orbit: PeriodicOrbit) -> int:
     """Return the number of pieces in which an orbit's multipliers are known, 0 if there is none."""
     segments = len(orbit.nodes)
+    if orbit.nodes.size > CHECKS.max_unknowns:
+        return 0
     phases = np.linspace(0.0, orbit.period, segments, endpoint=False)
     flow = flow_of(orbit.model)
     field = _field(orbit.model, flow, flow.constants_of(orbit.model))
