@@ -124,6 +124,16 @@ def test_copied_python_draws_the_same_curve(exported, view, tmp_path, monkeypatc
     assert "TY" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("view", [DIAGRAM, FREE_PLANE, SIMULATION], ids=lambda view: view["kind"])
+def test_figures_are_those_of_the_package(exported, view):
+    assert exported(view, "pdf").startswith(b"%PDF")
+
+
+def test_one_orbit_has_no_figure(exported):
+    with pytest.raises(InputError, match="there is no figure of one orbit; save its pictures as"):
+        exported(ORBIT, "pdf")
+
+
 def test_the_copied_case_of_a_structures_file_names_it(of_file, tmp_path, monkeypatch):
     text = of_file(BRAKES, "toml").decode()
     case = tmp_path / "case.toml"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import io
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from types import MappingProxyType
 from typing import Any, Literal
@@ -12,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
@@ -94,6 +96,21 @@ def figure_style() -> AbstractContextManager[None]:
     42
     """
     return mpl.rc_context(_STYLE)
+
+
+def drawn(draw: Callable[[Axes], object], form: str, height: float = 1.25) -> bytes:
+    """Return the content of a file with one figure, two columns wide and of a height in columns.
+
+    >>> drawn(lambda ax: ax.plot([0, 1]), "pdf")[:4]
+    b'%PDF'
+    """
+    with figure_style():
+        # A figure of its own needs no window, whatever the environment says.
+        figure = Figure(figsize=(2 * COLUMN, height * COLUMN), layout="constrained")
+        draw(figure.add_subplot())
+        content = io.BytesIO()
+        figure.savefig(content, format=form)
+    return content.getvalue()
 
 
 def palette(count: int) -> tuple[str, ...]:

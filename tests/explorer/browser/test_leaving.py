@@ -60,6 +60,21 @@ def test_what_a_menu_does_not_have_is_marked_with_the_reason(shown):
     item.press("Escape")
 
 
+def test_a_figure_has_the_pinned_curves_and_is_that_of_the_package(shown):
+    page = shown.page
+    page.get_by_role("button", name="Pin this curve").click()
+    page.get_by_label("Name of the pinned curve").fill("slower")
+    page.get_by_label("Name of the pinned curve").press("Enter")
+    assert saved(shown, "diagram", "Figure, PDF").read_bytes().startswith(b"%PDF")
+    content = "".join(
+        ElementTree.parse(saved(shown, "diagram", "Figure, SVG")).getroot().itertext()
+    )
+    assert [word for word in ("slower", "live", "PD") if word not in content] == []
+    item = menu(shown, "orbit", "Figure, PDF")
+    expect(item).to_have_attribute("title", re.compile("There is no figure of one orbit"))
+    item.press("Escape")
+
+
 @pytest.mark.parametrize(
     ("panel", "words"),
     [

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -104,21 +102,10 @@ def plot(
         vary = saved.vary if isinstance(saved, Diagram | Sweep) else None
         unit = "" if vary is None else saved.model.parameter(vary).unit
         given["at"] = parse_quantity(at, unit, vary or "--at")
-    write_file(path, _draw(saved, form, given))
+    from slipfold.plots.style import drawn
+
+    figured: Any = saved
+    # Bands need no height.
+    height = 0.5 if kind == "timeline" else 1.25
+    write_file(path, drawn(lambda ax: figured.plot(ax=ax, **given), form, height))
     note(f"wrote {path}")
-
-
-def _draw(saved: Any, form: str, options: Mapping[str, Any]) -> bytes:
-    # A figure of its own needs no window, whatever the environment says.
-    from matplotlib.figure import Figure
-
-    from slipfold.plots.style import COLUMN, figure_style
-
-    with figure_style():
-        # Bands need no height.
-        height = 0.5 if options.get("kind") == "timeline" else 1.25
-        figure = Figure(figsize=(2 * COLUMN, height * COLUMN), layout="constrained")
-        saved.plot(ax=figure.add_subplot(), **options)
-        content = io.BytesIO()
-        figure.savefig(content, format=form)
-    return content.getvalue()

@@ -23,7 +23,7 @@ from slipfold.interface.explorer.curves import (
     diagram_view,
     plane_view,
 )
-from slipfold.interface.explorer.export import python_text, toml_text, written
+from slipfold.interface.explorer.export import FIGURES, figure, python_text, toml_text, written
 from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
@@ -165,6 +165,13 @@ class Answering:
         else:
             view = cast(SimulationRequest, view)
             result = simulate(timed(model, view), view.periods, start_of(model, view))
+        if request.format in FIGURES:
+            pinned = {}
+            if isinstance(view, DiagramRequest):
+                for pin in request.pins:
+                    other = view.model_copy(update={"parameters": pin.parameters})
+                    pinned[pin.name] = self._diagram(other, check)
+            return figure(result, view, request.format, pinned)
         return written(result, request.format)
 
     # -- what is computed ----------------------------------------------------------------------

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, cast
 
 from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import (
@@ -30,18 +33,28 @@ from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.results.diagram import Diagram
 from slipfold.results.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MEDIA_TYPES = {
     "python": "text/x-python; charset=utf-8",
     "toml": "application/toml; charset=utf-8",
     "csv": "text/csv; charset=utf-8",
     "nc": "application/x-netcdf",
+    "pdf": "application/pdf",
+    "svg": "image/svg+xml",
+    "png": "image/png",
 }
 """What each format is."""
 
-SUFFIXES = {"python": "py", "toml": "toml", "csv": "csv", "nc": "nc"}
+SUFFIXES = {name: "py" if name == "python" else name for name in MEDIA_TYPES}
 """Ends of the names of files."""
+
+FIGURES = ("pdf", "svg", "png")
+"""Formats of figures, which are those of ``slipfold plot``."""
 
 
 def written(result: Result, form: str) -> bytes:
@@ -50,6 +63,35 @@ def written(result: Result, form: str) -> bytes:
         path = Path(folder) / "result"
         (result.save if form == "nc" else result.to_csv)(path)
         return path.read_bytes()
+
+
+def figure(
+    result: Result,
+    view: DrawnRequest,
+    form: str,
+    pinned: Mapping[str, Diagram] = MappingProxyType({}),
+) -> bytes:
+    """Return a figure of a view, with other responses by their names; as ``slipfold plot``."""
+    # Drawing takes long to load, and most requests do without it.
+    from slipfold.plots.response import draw_family, name_family
+    from slipfold.plots.style import drawn
+
+    def draw(ax: Axes) -> None:
+        if pinned:
+            diagrams = [cast(Diagram, result), *pinned.values()]
+            shown, measure = cast(DiagramRequest, view).show, cast(DiagramRequest, view).statistic
+            draw_family(diagrams, shown, measure, ax)
+            name_family(ax, diagrams, ["live", *pinned], shown, measure)
+        elif isinstance(view, DiagramRequest):
+            result.plot(view.show, measure=view.statistic, ax=ax)
+        elif isinstance(view, SimulationRequest):
+            result.plot(result.model.shown[0], ax=ax)
+        elif isinstance(view, PlaneRequest):
+            result.plot(ax=ax)
+        else:
+            raise InputError("there is no figure of one orbit; save its pictures as SVG or PNG")
+
+    return drawn(draw, form)
 
 
 def _filed_model(model: Model, file: Path) -> Structure:

@@ -333,14 +333,22 @@ KINDS = tuple(get_args(item.model_fields["kind"].annotation)[0] for item in get_
 _ANY: TypeAdapter[Any] = TypeAdapter(Request)
 
 
+class Pin(_Message):
+    """A response that is drawn beside a diagram for comparison."""
+
+    name: Annotated[str, Field(max_length=PAGE.name_length)]
+    parameters: Values  # those that differ from the defaults, SI units
+
+
 class ExportRequest(_Message):
     """A view as a file, or as the text that makes it."""
 
     kind: ClassVar[str] = "export"
 
     view: DrawnRequest  # the request that made the view
-    # ``"python"``, ``"toml"``, ``"csv"`` or ``"nc"``
-    format: Literal["python", "toml", "csv", "nc"]
+    # ``"python"``, ``"toml"``, ``"csv"``, ``"nc"``, or that of a figure
+    format: Literal["python", "toml", "csv", "nc", "pdf", "svg", "png"]
+    pins: Annotated[list[Pin], Field(max_length=PAGE.pins)] = []  # curves beside a diagram
     measurements: FileName | None = None  # file whose measurements are drawn on the diagram
 
 

@@ -1,6 +1,7 @@
 /** A response diagram as data: marked points, places on branches, traces of plotly. */
 
 import { display, withUnit } from "./quantities.js";
+import { typeScale } from "./theme.js";
 import { ANY } from "./view.js";
 
 const DIGITS = 6;
@@ -259,7 +260,7 @@ export function markTrace(diagram, color, paper, labels) {
     y: marks.map((mark) => mark.y * fy),
     text: labels.length ? labels.map(({ text }) => escaped(text)) : undefined,
     textposition: labels.map(({ position }) => position),
-    textfont: { color: color, size: 12 },
+    textfont: { color: color, size: 12 * typeScale() },
     marker: {
       symbol: marks.map((mark) => MARKERS[mark.type] ?? "circle"),
       size: marks.map((mark) => (mark.type === "LIMIT" ? 9 : 8)),

@@ -76,6 +76,8 @@ function build(models, study, { view: given, sentence }) {
     diagram: new ExportMenu("diagram", {
       request: () => session.diagram && diagramRequest(session.view),
       picture: (format) => plotted(diagram, format),
+      pins: () => session.view.pins.map(({ name, parameters }) =>
+        ({ name, parameters: diagramRequest(session.view, parameters).parameters })),
       measurements: () => (measurements.of(session.view) ? measurements.file.name : null),
     }, page),
     plane: new ExportMenu("plane", {

@@ -6,7 +6,7 @@ import { element } from "./dom.js";
 import { PlaneLegend, shadesOf } from "./plane_panel.js";
 import { CONFIG, frame, labelPlaces, layout, mapping, padded, roundStep, snapped } from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
-import { colors, themeChanged } from "./theme.js";
+import { colors, themeChanged, typeScale } from "./theme.js";
 import { inside } from "./view.js";
 
 const SHADES = { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" };
@@ -171,7 +171,7 @@ function specialTrace(special, labels, color, fx, fy) {
     type: "scatter", mode: "markers+text", hoverinfo: "skip",
     x: special.map(({ x }) => x * fx), y: special.map(({ y }) => y * fy),
     text: labels.map(({ text }) => escaped(text)), textposition: labels.map(({ position }) => position),
-    textfont: { size: 11, color: color("ink") },
+    textfont: { size: 11 * typeScale(), color: color("ink") },
     marker: { size: 6, color: color("ink") },
   };
 }
@@ -184,7 +184,7 @@ function regionNames(regions, color, [fx, fy], frame) {
   if (!regions) return [];
   return regionPlaces(regions, frame).map(({ text, x, y }) => ({
     x: x * fx, y: y * fy, text: escaped(text), showarrow: false,
-    font: { size: 12, color: color("muted") },
+    font: { size: 12 * typeScale(), color: color("muted") },
   }));
 }
 
@@ -201,10 +201,10 @@ const MARGIN = 8;
 function regionPlaces(regions, frame) {
   const { labels, names, stable } = regions;
   const cell = [frame.width / labels[0].length, frame.height / labels.length];
-  const rows = Math.ceil(HEIGHT / cell[1]);
+  const rows = Math.ceil((HEIGHT * typeScale()) / cell[1]);
   return Object.entries(names).flatMap(([id, name]) => {
     for (const text of [name, ...shorter(stable[id] ?? [])]) {
-      const columns = Math.ceil((text.length * WIDTH + MARGIN) / cell[0]);
+      const columns = Math.ceil((text.length * WIDTH * typeScale() + MARGIN) / cell[0]);
       const place = roomiest(labels, Number(id), columns, rows);
       if (place) return [{ text, x: middle(regions.x, place[0]), y: middle(regions.y, place[1]) }];
     }

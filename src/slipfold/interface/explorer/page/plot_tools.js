@@ -1,5 +1,7 @@
 /** What plots share: round steps, axes, the frame, where labels stand. */
 
+import { typeScale } from "./theme.js";
+
 const MANTISSAS = [1, 2, 5, 10];
 
 /** The step of one, two or five units of a decimal place that is nearest to a share of a range. */
@@ -90,7 +92,11 @@ function stepAbove(least) {
   return power * ([1, 2, 2.5, 5, 10].find((step) => step * power >= least * (1 - 1e-9)) ?? 10);
 }
 
-const MARGIN = { l: 74, r: 18, t: 14, b: 46 };
+/** Margins of a plot in pixels: they grow with the type in them. */
+function margins() {
+  const scale = typeScale();
+  return { l: 74 * scale, r: 18, t: 14, b: 46 * scale };
+}
 
 export const CONFIG = {
   displayModeBar: false,
@@ -109,10 +115,10 @@ export function layout(color, x, y, [width, height]) {
   return {
     width,
     height,
-    margin: { ...MARGIN },
+    margin: margins(),
     paper_bgcolor: "rgba(0,0,0,0)",
     plot_bgcolor: "rgba(0,0,0,0)",
-    font: { family: "system-ui, sans-serif", size: 13, color: color("ink") },
+    font: { family: "system-ui, sans-serif", size: 13 * typeScale(), color: color("ink") },
     showlegend: false,
     hovermode: false,
     dragmode: "zoom",
@@ -146,12 +152,8 @@ function axis(color, { title, range }) {
 
 /** The part of the page on which data lie, as `{left, top, width, height}` within the plot. */
 export function frame([width, height]) {
-  return {
-    left: MARGIN.l,
-    top: MARGIN.t,
-    width: width - MARGIN.l - MARGIN.r,
-    height: height - MARGIN.t - MARGIN.b,
-  };
+  const { l, r, t, b } = margins();
+  return { left: l, top: t, width: width - l - r, height: height - t - b };
 }
 
 /**
@@ -202,11 +204,11 @@ export function labelPlaces(texts, lines, frame) {
   const labels = [];
   const ink = points(lines);
   return gathered(texts).map(({ text, at }) => {
-    const boxes = POSITIONS.map((position) => boxAt(position, at, text.length * WIDTH));
+    const boxes = POSITIONS.map((position) => boxAt(position, at, text.length * WIDTH * typeScale()));
     const costs = boxes.map((box, i) =>
       0.3 * i + outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink));
     const best = costs.indexOf(Math.min(...costs));
-    const isHidden = overlap(boxes[best], labels) > HIDDEN * text.length * WIDTH * HEIGHT;
+    const isHidden = overlap(boxes[best], labels) > HIDDEN * text.length * WIDTH * HEIGHT * typeScale() ** 2;
     if (text && !isHidden) labels.push(boxes[best]);
     return { text: isHidden ? "" : text, position: POSITIONS[best] };
   });
@@ -234,10 +236,11 @@ function counted(names) {
 
 function boxAt(position, [x, y], width) {
   const [vertical, horizontal] = position.split(" ");
-  const down = { top: -GAP - HEIGHT / 2, middle: 0, bottom: GAP + HEIGHT / 2 }[vertical];
+  const height = HEIGHT * typeScale();
+  const down = { top: -GAP - height / 2, middle: 0, bottom: GAP + height / 2 }[vertical];
   const beside = vertical === "middle" ? GAP : 4;
   const right = { left: -beside - width / 2, center: 0, right: beside + width / 2 }[horizontal];
-  return boxAround([x + right, y + down], width, HEIGHT);
+  return boxAround([x + right, y + down], width, height);
 }
 
 function boxAround([x, y], width, height) {

@@ -30,6 +30,25 @@ export function nextChoice() {
   return CHOICES[(CHOICES.indexOf(choice()) + 1) % CHOICES.length];
 }
 
+/** How much larger type is where the page is presented to an audience. */
+const PRESENTED = 1.5;
+
+/** Whether the page is presented: large type, and nothing but plots, mechanism and sliders. */
+export function isPresented() {
+  return "presented" in document.documentElement.dataset;
+}
+
+/** Present the page, or work on it again. */
+export function present(isOn) {
+  document.documentElement.toggleAttribute("data-presented", isOn);
+  themeChanged.announce();
+}
+
+/** Size of type in plots over the usual one. */
+export function typeScale() {
+  return isPresented() ? PRESENTED : 1;
+}
+
 /**
  * Colors of the style sheet by name.
  * @returns {(name: string) => string} e.g. `colors()("ink")`

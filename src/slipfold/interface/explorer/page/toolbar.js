@@ -3,7 +3,7 @@
 import { withText } from "./connection.js";
 import { Choice, element, icon, roving, set } from "./dom.js";
 import { offered } from "./editor.js";
-import { apply, choice, nextChoice } from "./theme.js";
+import { apply, choice, isPresented, nextChoice, present } from "./theme.js";
 import { initialView, isShort } from "./view.js";
 
 /** Save something as a file. */
@@ -32,11 +32,12 @@ export async function copy(text) {
 /**
  * Ask the server for a view in another form.
  * @param {object} view the request that made it
- * @param {string|null} [measurements] name of the file whose measurements are drawn on it
+ * @param {{measurements?: string|null, pins?: object[]}} [more] name of the file whose measurements are
+ *   drawn on it, and curves beside it
  * @throws {Error} with the server's sentence
  */
-async function exported(view, format, measurements = null) {
-  return posted("/api/export", JSON.stringify({ view: withText({ id: 0, ...view }), format, measurements }));
+async function exported(view, format, { measurements = null, pins = [] } = {}) {
+  return posted("/api/export", JSON.stringify({ view: withText({ id: 0, ...view }), format, measurements, pins }));
 }
 
 /**
@@ -60,13 +61,22 @@ async function sentenceOf(response) {
 }
 
 const SHARE = "M8 10V2.5M5 5l3-3 3 3M3 9v4.5h10V9";
-const TYPES = { csv: "CSV", nc: "netCDF" };
+const TYPES = { csv: "CSV", nc: "netCDF", pdf: "PDF", svg: "SVG", png: "PNG" };
+
+/** Formats of figures in the style of the package, which the server draws. */
+const FIGURES = ["pdf", "svg", "png"];
+
+const NOT_OF_ORBITS = {
+  command: "No command computes a single orbit; copy it as Python.",
+  figure: "There is no figure of one orbit; save its pictures as PNG or SVG.",
+};
 
 /**
  * @typedef {object} Source
  * @property {() => object|null} [request] what made the view; null if there is nothing yet
  * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
+ * @property {() => object[]} [pins] curves beside it: names and parameters
  * @property {() => string|null} [measurements] name of the file whose measurements are drawn
  */
 
@@ -84,14 +94,16 @@ export class ExportMenu {
     this.#name = name;
     this.#dialog = dialog;
     this.#say = say;
-    const item = (text, act, isCommand = false) => element("button", {
-      type: "button", role: "menuitem", on: { click: () => this.#act(act, isCommand) }, "data-command": isCommand,
+    const item = (text, act, kind = null) => element("button", {
+      type: "button", role: "menuitem", on: { click: () => this.#act(act, kind) }, "data-kind": kind,
     }, text);
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
       ...(source.table ? [] : [
         item("Copy as Python", () => this.#text("python", "Python")),
-        item("Copy as TOML", () => this.#text("toml", "TOML"), true),
+        item("Copy as TOML", () => this.#text("toml", "TOML"), "command"),
       ]),
+      ...(source.table ? [] : FIGURES.map((format) =>
+        item(`Figure, ${format.toUpperCase()}`, () => this.#file(format), "figure"))),
       item("PNG", () => this.#picture("png")), item("SVG", () => this.#picture("svg")),
       ...(source.table ? [item("CSV", () => this.#table())]
         : [item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc"))]));
@@ -107,21 +119,21 @@ export class ExportMenu {
   /** Mark what cannot be had now, with the reason. */
   #refuse(items) {
     for (const item of items) {
-      const reason = this.#refusal("command" in item.dataset);
+      const reason = this.#refusal(item.dataset.kind);
       set(item, { "aria-disabled": reason && "true", title: reason });
     }
   }
 
-  /** @param {boolean} isCommand whether what is wanted is a command of the command line */
-  #refusal(isCommand) {
+  /** @param {string} [kind] of what is wanted: a command of the command line, a figure, or else */
+  #refusal(kind) {
     if (this.#source.table) return null;
     const request = this.#source.request();
     if (!request) return `There is no ${this.#name} yet.`;
-    return isCommand && request.kind === "orbit" ? "No command computes a single orbit; copy it as Python." : null;
+    return (request.kind === "orbit" && NOT_OF_ORBITS[kind]) || null;
   }
 
-  async #act(act, isCommand) {
-    const reason = this.#refusal(isCommand);
+  async #act(act, kind) {
+    const reason = this.#refusal(kind);
     if (reason) {
       this.#say(reason);
       return;
@@ -138,7 +150,7 @@ export class ExportMenu {
 
   async #text(format, language) {
     const measurements = this.#source.measurements?.() ?? null;
-    const text = await (await exported(this.#source.request(), format, measurements)).text();
+    const text = await (await exported(this.#source.request(), format, { measurements })).text();
     const isCopied = await copy(text);
     this.#dialog.show(`The ${this.#name} in ${language}`, text, isCopied);
   }
@@ -155,7 +167,8 @@ export class ExportMenu {
 
   async #file(format) {
     this.#say(`Computing the ${TYPES[format]} file…`);
-    const blob = await (await exported(this.#source.request(), format)).blob();
+    const pins = this.#source.pins?.() ?? [];
+    const blob = await (await exported(this.#source.request(), format, { pins })).blob();
     download(blob, `slipfold-${this.#name}.${format}`);
     this.#say(`Saved as ${TYPES[format]}.`);
   }
@@ -177,6 +190,7 @@ export class ExportMenu {
 const UNDO = "M6.5 3.5L3 7l3.5 3.5M3.5 7H10a3 3 0 0 1 0 6H8";
 const REDO = "M9.5 3.5L13 7l-3.5 3.5M12.5 7H6a3 3 0 0 0 0 6h2";
 const LINK = "M6.5 9.5l3-3M7 5l1.5-1.5a2.5 2.5 0 0 1 4 3.5L11 8.5M9 11l-1.5 1.5a2.5 2.5 0 0 1-4-3.5L5 7.5";
+const SCREEN = "M1.5 2.5h13M2.5 2.5v8h11v-8M8 10.5v3M5 13.5h6";
 const THEMES = { auto: "Theme: as the system", light: "Theme: light", dark: "Theme: dark" };
 const SUNS = {
   auto: "M8 2.5a5.5 5.5 0 1 0 0 11zM8 2.5a5.5 5.5 0 0 1 0 11",
@@ -192,9 +206,12 @@ export class Toolbar {
   #undo;
   #redo;
   #theme;
+  #present;
+  #say;
 
   constructor(session, { status, say, tour, editor }) {
     this.#session = session;
+    this.#say = say;
     const { store } = session;
     this.#model = new Choice("Model", (name) => this.#pick(name));
     this.#undo = tool("Undo (Ctrl+Z)", UNDO, () => store.undo());
@@ -209,13 +226,14 @@ export class Toolbar {
       apply(nextChoice());
       this.#showTheme();
     });
+    this.#present = tool("Present: large type, without controls (p)", SCREEN, () => this.#toggle(true));
     const tourButton = element("button", {
       type: "button", class: "quiet", on: { click: () => tour.start() },
     }, "Tour");
     this.node = element("header", { class: "masthead" },
       element("h1", {}, "slipfold ", element("span", {}, "explore")), this.#model.node,
       roving(element("span", { class: "tools", role: "toolbar", "aria-label": "View" },
-        editor.opener, this.#undo, this.#redo, link, tourButton, this.#theme)), status);
+        editor.opener, this.#undo, this.#redo, link, this.#present, tourButton, this.#theme)), status);
     store.changed.subscribe(() => this.#show());
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#showTheme();
@@ -240,8 +258,18 @@ export class Toolbar {
     this.#theme.replaceChildren(icon(SUNS[choice()]));
   }
 
+  /** Hide the controls and enlarge the rest, or take that back. */
+  #toggle(isOn) {
+    present(isOn);
+    if (isOn) this.#say("Press p or Esc to have the controls again.");
+    else this.#present.focus();
+  }
+
   #key(event) {
-    const isTyping = event.target.matches("input[type=text], textarea");
+    const isTyping = event.target.matches("input[type=text], textarea, select");
+    const isPlain = !event.ctrlKey && !event.metaKey && !event.altKey && !event.defaultPrevented;
+    const isToggle = event.key === "Escape" ? isPresented() : event.key === "p" && !isTyping;
+    if (isPlain && isToggle) this.#toggle(!isPresented());
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || isTyping) return;
     event.preventDefault();
     if (event.shiftKey) this.#session.store.redo();
