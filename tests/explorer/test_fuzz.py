@@ -23,6 +23,8 @@ def schema(explorer):
         ("/api/export", "POST"),
         ("/api/measurements", "POST"),
         ("/api/model", "POST"),
+        ("/api/text", "POST"),
+        ("/api/law", "POST"),
     ],
     ids=str,
 )

@@ -43,6 +43,9 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     assert editor.parameter("F") == 0.15  # what was set on the page stays
     assert editor.slider("e").count() == 1
     after = editor.specials()
+    page.get_by_role("button", name="Equations").click()
+    expect(page.locator(".equations td").filter(has_text="g q³ − e q⁵")).to_be_visible()
+    page.get_by_role("button", name="Text", exact=True).click()
     page.get_by_role("button", name="Close the editor").click()
     with editor.redrawn():
         page.keyboard.press("Control+z")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.resources import files
 from pathlib import Path
@@ -33,7 +33,7 @@ from slipfold.interface.explorer.messages import (
     refusal_of,
 )
 from slipfold.interface.explorer.security import Access, Allowance, Application, Guard, ServerLimits
-from slipfold.interface.explorer.texts import answered, text_of
+from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.workers import Job, Reply, Workers
 
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
@@ -221,15 +221,6 @@ class Answers:
         self._workers = workers
         self._allowance = Allowance(limits.requests_per_second, limits.burst)
 
-    def at_once(self, answer: Callable[[Catalogue], Response]) -> Response:
-        """Answer here, about a model of the catalogue."""
-        if not self._allowance.take():
-            return PlainTextResponse(TOO_MANY, 429)
-        try:
-            return answer(self._catalogue)
-        except InputError as error:
-            return PlainTextResponse(str(error), 400)
-
     async def by_worker(
         self, request: PostedRequest, media_type: str = "application/json", name: str = ""
     ) -> Response:
@@ -243,11 +234,16 @@ class Answers:
         headers = {"content-disposition": f'attachment; filename="{name}"'} if name else {}
         return Response(reply.body, media_type=media_type, headers=headers)
 
-    async def about(self, request: ValuesRequest | MeasurementsRequest) -> Response:
+    async def about(self, request: ValuesRequest | MeasurementsRequest | TextRequest) -> Response:
         """Answer about a model; one of a client's text is made by a worker, which can be ended."""
         if request.text is not None:
             return await self.by_worker(request)
-        return self.at_once(lambda catalogue: JSONResponse(answered(catalogue, request)))
+        if not self._allowance.take():
+            return PlainTextResponse(TOO_MANY, 429)
+        try:
+            return JSONResponse(answered(self._catalogue, request))
+        except InputError as error:
+            return PlainTextResponse(str(error), 400)
 
 
 REFUSED: dict[int | str, dict[str, Any]] = {
@@ -283,15 +279,10 @@ def _add_interface(
         """Read a measured response with the units of a model."""
         return await answers.about(request)
 
-    @app.post("/api/text", response_class=PlainTextResponse, responses=REFUSED)
+    @app.post("/api/text", response_model=dict[str, Any], responses=REFUSED)
     async def text(request: TextRequest) -> Response:
-        """Return a model of the catalogue as a text to edit; one of a file as it is now."""
-
-        def answer(catalogue: Catalogue) -> Response:
-            model = catalogue.model(request.model, {})
-            return PlainTextResponse(text_of(model, catalogue.file(model)))
-
-        return answers.at_once(answer)
+        """Return a model as a text to edit, that of a file as it is now, and its equations."""
+        return await answers.about(request)
 
     @app.post("/api/model", response_model=dict[str, Any], responses=REFUSED)
     async def written(request: ModelRequest) -> Response:

@@ -384,10 +384,12 @@ class LawRequest(_OfModel):
     law: Name  # name of the law
 
 
-class TextRequest(_Message):
-    """The text of a model of the catalogue, to edit it."""
+class TextRequest(_OfModel):
+    """The text of a model, to edit it, and its equations."""
 
-    model: ModelName
+    kind: ClassVar[str] = "text"
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
 
 
 class ModelRequest(_Message):
@@ -402,7 +404,9 @@ class ModelRequest(_Message):
     name: FileName | None = None  # the file that it is from, for messages
 
 
-PostedRequest = ExportRequest | ValuesRequest | MeasurementsRequest | ModelRequest | LawRequest
+PostedRequest = (
+    ExportRequest | ValuesRequest | MeasurementsRequest | TextRequest | ModelRequest | LawRequest
+)
 """A request over HTTP that a worker answers once."""
 
 

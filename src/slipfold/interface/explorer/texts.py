@@ -9,12 +9,14 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.curves import measurements_view
+from slipfold.interface.explorer.equations import equations_of, sliding_text
 from slipfold.interface.explorer.friction import with_law
 from slipfold.interface.explorer.messages import (
     LawRequest,
     MeasurementsRequest,
     ModelRequest,
     PostedRequest,
+    TextRequest,
     ValuesRequest,
 )
 from slipfold.models.definitions.source import source_of_file
@@ -36,9 +38,16 @@ def answered(catalogue: Catalogue, request: PostedRequest) -> Any:
     if isinstance(request, MeasurementsRequest):
         model = catalogue.model(request.model, {}, request.text)
         return measurements_view(parse_measurement(request.measurements, request.name, model))
-    if isinstance(request, LawRequest):
+    if isinstance(request, TextRequest):
         model = catalogue.model(request.model, {}, request.text)
         text = request.text or text_of(model, catalogue.file(model))
+        return {"text": text, **equations_of(model, text)}
+    if isinstance(request, LawRequest):
+        model = catalogue.model(request.model, {}, request.text)
+        if isinstance(model, SlidingOscillator) and request.text is None:
+            text = case_text(model, changed_values(model))  # equations have other laws than it
+        else:
+            text = request.text or text_of(model, catalogue.file(model))
         return {"text": with_law(model, text, request.contact, request.law, catalogue.folder)}
     assert isinstance(request, ModelRequest)  # exports are computed
     return catalogue.described(request.text, request.name or "")
@@ -67,6 +76,8 @@ def text_of(model: Model, file: Path | None = None) -> str:
     """
     if file is not None:
         return source_of_file(file, CASE_FILE).text or ""
+    if model == SlidingOscillator():
+        return sliding_text()
     if is_built_in(model) and isinstance(model, System | Structure):
         return built_in_text(model.name)
     if isinstance(model, System | Structure):

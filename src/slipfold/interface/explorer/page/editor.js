@@ -1,6 +1,6 @@
 /** The model as a text: shown, edited, opened from a file, saved, and made the model of the page. */
 
-import { texts } from "./connection.js";
+import { texts, withText } from "./connection.js";
 import { element, icon } from "./dom.js";
 import { download, posted } from "./toolbar.js";
 import { addressOf, initialView, readAddress } from "./view.js";
@@ -89,6 +89,15 @@ function saved(view, model, text) {
   return `# slipfold explore: ${query.toString().replaceAll("%7E", "~")}\n${text.replace(HOLDS_VIEW, "")}`;
 }
 
+/** What a text says of its model, and the equations, by group. */
+function equationsOf({ title, about, groups }) {
+  return [element("p", { class: "about-title" }, title), about ? element("p", {}, about) : null,
+    ...groups.flatMap(({ title: name, rows }) => [element("h3", {}, name),
+      element("table", {}, ...rows.map(([left, right, note]) => element("tr", {},
+        element("th", { scope: "row" }, left), element("td", {}, "= ", right), element("td", { class: "note" }, note))))]),
+  ].filter(Boolean);
+}
+
 const PEN = "M3 13l.7-3L10.5 3.2l2.3 2.3L6 12.3zM9 4.7L11.3 7";
 const CROSS = "M4 4l8 8M12 4l-8 8";
 
@@ -117,6 +126,12 @@ export class ModelEditor {
   #apply = element("button", { type: "button", class: "main", title: "Ctrl+Enter", on: { click: () => this.apply() } }, "Apply");
   #reload = element("button", { type: "button", title: "Read the file again", on: { click: () => this.#readAgain() } }, "Reload");
   #state = element("span", { role: "status" });
+  #lined = element("div", { class: "lined" });
+  #actions = element("div", { class: "actions" });
+  #equations = element("div", { class: "equations", tabindex: "0", "aria-label": "Equations" });
+  #tabs = ["Text", "Equations"].map((name, i) => element("button", {
+    type: "button", class: "small-button", on: { click: () => this.#turnTo(i === 0) },
+  }, name));
   #file = element("input", {
     type: "file", accept: ".toml,.txt", class: "unseen", tabindex: "-1", "aria-label": "File with a model",
     on: { change: () => this.#openFile(this.#file.files[0]) },
@@ -134,11 +149,13 @@ export class ModelEditor {
         keydown: (event) => event.key === "Escape" && this.close(),
       },
     },
-    element("div", { class: "panel-head" }, element("h2", { id: "editor-heading" }, "Model"),
+    element("div", { class: "panel-head" }, element("h2", { id: "editor-heading" }, "Model"), ...this.#tabs,
       button("Open file…", () => this.#file.click()), button("Save", () => this.#save()), this.#reload,
       element("button", { type: "button", class: "quiet close", "aria-label": "Close the editor", on: { click: () => this.close() } }, icon(CROSS))),
-    element("div", { class: "lined" }, this.#lines, this.#text), this.#fault,
-    element("div", { class: "actions" }, this.#state, this.#apply), this.#file);
+    this.#lined, this.#equations, this.#fault, this.#actions, this.#file);
+    this.#lined.append(this.#lines, this.#text);
+    this.#actions.append(this.#state, this.#apply);
+    this.#turnTo(true);
     session.store.changed.subscribe(() => this.node.hidden || this.#follow());
   }
 
@@ -170,6 +187,7 @@ export class ModelEditor {
       const isSame = model.base === (before.base ?? before.name);
       if (address !== undefined && !isSame) this.#show(readAddress(`model=${encodeURIComponent(model.name)}&${address}`, session.models));
       else session.store.commit(isSame ? carriedOver(view, before, model) : initialView(model));
+      await this.#ask(model);
       this.#tell("Applied.");
     } catch (error) {
       this.#refuse(error.message);
@@ -193,13 +211,26 @@ export class ModelEditor {
 
   async #read(model) {
     try {
-      const answer = model.text ?? (await (await posted("/api/text", JSON.stringify({ model: model.name }))).text());
+      const answer = await this.#ask(model);
       if (model !== this.#session.model) return;
-      this.#adopt(model, answer);
+      this.#adopt(model, answer.text);
       this.#tell("");
     } catch (error) {
       this.#refuse(error.message);
     }
+  }
+
+  /** Ask for the text of a model, and show the equations that come with it. */
+  async #ask(model) {
+    const answer = await (await posted("/api/text", JSON.stringify(withText({ model: model.name })))).json();
+    if (model === this.#session.model) this.#equations.replaceChildren(...equationsOf(answer));
+    return answer;
+  }
+
+  #turnTo(isText) {
+    for (const node of [this.#lined, this.#actions]) node.hidden = !isText;
+    this.#equations.hidden = isText;
+    this.#tabs.forEach((tab, i) => tab.setAttribute("aria-pressed", String((i === 0) === isText)));
   }
 
   /** Read the file of the model again, and make what it holds now the model. */
