@@ -23,8 +23,8 @@ FOLDER = Path(__file__).parent
 LENGTH, WIDTH, HEIGHT, YOUNG, POISSON, DENSITY = 0.3, 0.1, 0.002, 210e9, 0.3, 7850.0
 """A steel cantilever, in SI units."""
 
-LOADS = np.array([0.2, 0.6, 1.2, 2.0, 3.0, 4.0, 7.0, 12.0, 25.0, 50.0])
-"""Normal forces of the damper in N."""
+LOADS = (0.2, 1.2, 7.0, 50.0)
+"""Normal forces of the damper in N, of which responses are drawn."""
 
 
 def assembled(elements, places, size):
@@ -130,28 +130,47 @@ def main() -> None:
     model = damped(matrices, "w50", "w15")
     print(model.reduction_report)
     with figure_style():
-        figure = Figure(figsize=(3 * COLUMN, 1.05 * COLUMN), layout="constrained")
-        left, center, right = figure.subplots(1, 3)
+        figure = Figure(figsize=(4 * COLUMN, 1.05 * COLUMN), layout="constrained")
+        left, second, third, right = figure.subplots(1, 4)
         draw_receptances(left, matrices, model)
-        peaks = []
         for load in LOADS:
-            diagram = sf.response(model, vary="f", span=(14, 45), Ns=load)
+            diagram = sf.response(model, "f", (14, 45), Ns=load, events=[sf.Event("tip")])
             (branch,) = diagram.branches
             tip = 1e3 * branch.extrema_of("tip").maximum[:, 0]
-            peaks.append(tip.max())
-            print(f"{load} N: {len(branch)} points, {peaks[-1]:.3g} mm, {branch.stopped}")
-            if load in LOADS[[0, 2, 6, 9]]:
-                center.plot(branch.parameter, tip, label=f"{load:g} N")
-        center.set(
+            second.plot(branch.parameter, tip, label=f"{load:g} N")
+            (peak,) = branch.special
+            print(f"{load} N: {len(branch)} points, peak {peak.value:.4f} Hz, {branch.stopped}")
+        (locus,) = sf.locus(peak, ("f", "Ns"), {"f": (14, 45), "Ns": (0.1, 60)}).loci
+        best = next(point for point in locus.special if point.name == "smallest max tip")
+        smallest = 1e3 * best.orbit.extrema.of("tip")[1][0]
+        print(f"best: {best!r}, {smallest:.6g} mm; {len(locus)} points")
+        second.plot(locus.values[:, 0], 1e3 * locus.measured, ":", color="black", label="peaks")
+        second.plot(best.values[0], smallest, "o", color="black")
+        second.set(
             xlabel="forcing frequency $f$ (Hz)", ylabel="largest displacement of the tip (mm)"
         )
-        center.set_yscale("log")
-        center.legend(title="normal force")
-        right.plot(LOADS, peaks, "o-", color="black")
-        right.set(xlabel="normal force $N_s$ (N)", ylabel="peak of the tip, 14 to 45 Hz (mm)")
-        right.set_xscale("log")
-        right.set_yscale("log")
+        second.set_yscale("log")
+        second.legend(title="normal force")
+        third.loglog(locus.values[:, 1], 1e3 * locus.measured, color="black")
+        third.plot(best.values[1], smallest, "o", color="black", label=f"{best.values[1]:.2f} N")
+        third.set(xlabel="normal force $N_s$ (N)", ylabel="peak of the tip (mm)")
+        third.legend(title="best force")
+        draw_damping(right, model, (2.0, best.values[1]))
         figure.savefig(FOLDER / "friction_damper.png", dpi=200)
+
+
+def draw_damping(ax, model, loads) -> None:
+    """Draw the damping ratio of the first mode over its amplitude, for some normal forces."""
+    for load in loads:
+        (branch,) = sf.backbone(model, "tip", "4 mm", Ns=load).branches
+        ratio = 100 * branch.parameter * branch.durations / (4 * np.pi)
+        ax.semilogx(
+            1e3 * branch.extrema_of("tip").of("tip")[1][1:], ratio[1:], label=f"{load:.3g} N"
+        )
+        print(f"free at {load:.4g} N: {len(branch)} points, {ratio[0]:.3f} to {ratio[-1]:.3f} %")
+    ax.set(xlabel="amplitude of the tip (mm)", ylabel="damping ratio of the first mode (%)")
+    ax.set_xlim(1e-3, 4)
+    ax.legend(title="normal force")
 
 
 def draw_receptances(ax, matrices, model) -> None:

@@ -38,25 +38,31 @@ def measure_gradient(orbits: Orbits, z: Array, measure: str, output: str) -> Arr
     and weighed so that the rates of the output cancel.
     """
     along = _Along(orbits, z, output)
-    return np.sum([w * along.gradient(sign) for sign, w in WEIGHTS[measure].items()], axis=0)
+    return np.sum([w * along.extremum(sign).gradient for sign, w in WEIGHTS[measure].items()], 0)
 
 
-@dataclass(frozen=True)
 class Extremal:
     r"""That a measure has an extremum along the branch on which one of two parameters is held.
 
     With its gradient a and the unit tangent of that branch
 
     .. math:: g = a^T \tau / |a| = 0, \qquad F_z \tau = 0, \quad \tau_{held} = 0 .
+
+    `held` is the place of that parameter in the unknown, counted from its end.
     """
 
-    measure: str
-    output: str
-    held: int  # place of the parameter that the branch holds in the unknown, counted from its end
+    def __init__(self, measure: str, output: str, held: int) -> None:
+        self.measure, self.output, self._held = measure, output, held
+        self._known: tuple[Array | None, list[_Extremum]] = None, []
+
+    def gradient(self, orbits: Orbits, z: Array) -> Array:
+        """Return the derivatives of the measure, shape (u,)."""
+        weights, found = WEIGHTS[self.measure].values(), self._extrema(orbits, z)
+        return np.sum([w * item.gradient for w, item in zip(weights, found, strict=True)], 0)
 
     def value(self, orbits: Orbits, plain: Linearization, z: Array) -> float:
         """Return how far it is from being met: a cosine."""
-        gradient = measure_gradient(orbits, z, self.measure, self.output)
+        gradient = self.gradient(orbits, z)
         return float(gradient @ self._branch(plain, len(z))[0] / np.linalg.norm(gradient))
 
     def conditions(self, orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
@@ -65,23 +71,41 @@ class Extremal:
         The tangent turns by what second derivatives along it make of it. They are differences of
         first ones: of all in one step, since second derivatives are symmetric.
         """
-        gradient = measure_gradient(orbits, z, self.measure, self.output)
+        gradient = self.gradient(orbits, z)
         tangent, bordered = self._branch(plain, len(z))
-        size, step = float(np.linalg.norm(gradient)), DIFFERENCED * tangent
         weights = bordered.solve_transposed(gradient)[: orbits.size]
-        sides = [
-            measure_gradient(orbits, z + way * step, self.measure, self.output) for way in (1, -1)
-        ]
-        slope = (sides[0] - sides[1]) / (2 * DIFFERENCED)
+        slope = self._slope(orbits, z, tangent)
         slope -= weights @ slope_along(orbits, z, tangent)[: orbits.size]
+        size = float(np.linalg.norm(gradient))
         return Conditions(np.array([gradient @ tangent / size]), slope[None] / size)
+
+    def _slope(self, orbits: Orbits, z: Array, tangent: Array) -> Array:
+        """Return the derivative of the gradient along a direction, shape (u,)."""
+        sides = [_Along(orbits, z + way * DIFFERENCED * tangent, self.output) for way in (1, -1)]
+        pairs = zip(WEIGHTS[self.measure].items(), self._extrema(orbits, z), strict=True)
+        result = np.zeros(len(z))
+        for (sign, weight), known in pairs:
+            if known.is_smooth:
+                ahead, behind = (side.gradient_at(known.phase) for side in sides)
+                result += weight * known.moved(tangent)
+            else:
+                ahead, behind = (side.extremum(sign).gradient for side in sides)
+            result += weight * (ahead - behind) / (2 * DIFFERENCED)
+        return result
+
+    def _extrema(self, orbits: Orbits, z: Array) -> list[_Extremum]:
+        """Return minimum and maximum, as far as they matter, found once for each place in turn."""
+        if self._known[0] is not z:
+            along = _Along(orbits, z, self.output)
+            self._known = z, [along.extremum(sign) for sign in WEIGHTS[self.measure]]
+        return self._known[1]
 
     def _branch(self, plain: Linearization, size: int) -> tuple[Array, SquareMatrix]:
         """Return the unit tangent of the branch, turned so that it is smooth, with its equations.
 
         With it as their last row these have a positive determinant. Shapes: returns (u,).
         """
-        holds = np.eye(1, size, size + self.held)
+        holds = np.eye(1, size, size + self._held)
         above = plain.conditions.gradients
         gradients = holds if above is None else np.vstack([above, holds])
         values = np.append(plain.conditions.values, 0.0)
@@ -92,6 +116,24 @@ class Extremal:
         return bordered.sign * tangent, bordered
 
 
+@dataclass(frozen=True, eq=False)
+class _Extremum:
+    """The extremum of an output along an orbit."""
+
+    phase: float
+    gradient: Array  # its derivatives by the unknown, shape (u,)
+    change: Array  # what they differ by on both sides, shape (u,)
+    turn: float  # what the rate of the output differs by there
+    is_smooth: bool  # whether no change of contacts and no node can lie between them
+
+    def moved(self, direction: Array) -> Array:
+        """Return the change of the gradient by the phase, which moves along a direction."""
+        rates = self.change / (2 * SEARCH.aside)
+        return np.asarray(
+            -rates * (self.change @ direction) / self.turn if self.turn else 0 * rates
+        )
+
+
 class _Along:
     """An output along an orbit."""
 
@@ -100,21 +142,37 @@ class _Along:
         self._nodes, self._constants = orbits.nodes(z), orbits.constants(z)
         self._directions = self._constants.rates[:, self._by.indices]
 
-    def gradient(self, sign: int) -> Array:
-        """Return the derivatives of the minimum (-1) or maximum (1), shape (u,)."""
+    def extremum(self, sign: int) -> _Extremum:
+        """Return the minimum (-1) or maximum (1)."""
+        phase = self._phase_of(sign)
+        around = phase + np.array([-SEARCH.aside, SEARCH.aside])
+        rows, speeds = self._rows(around)
+        turns = speeds[0] * speeds[1] < 0
+        weights = np.abs(speeds[::-1]) / np.abs(speeds).sum() if turns else np.full(2, 0.5)
+        turn = float(speeds[1] - speeds[0])
+        first, second = self._by.before(around)[0].tolist()
+        smooth = self._by.smooth and first == second
+        return _Extremum(phase, np.asarray(weights @ rows), rows[1] - rows[0], turn, smooth)
+
+    def gradient_at(self, phase: float) -> Array:
+        """Return the derivatives at a phase, shape (u,)."""
+        return np.asarray(self._rows(np.array([phase]))[0][0])
+
+    def _rows(self, phases: Array) -> tuple[Array, Array]:
+        """Return the derivatives at phases by the unknown, (q, u), and rates of the output, (q,).
+
+        Shapes: phases (q,).
+        """
         orbits, (n, size) = self._orbits, (len(self._orbits.scales), self._orbits.size)
-        around = self._phase_of(sign) + np.array([-SEARCH.aside, SEARCH.aside])
-        phases = self._by.before(around)[1]
+        phases = self._by.before(phases)[1]
         reached = self._by.propagate_to(self._nodes, self._constants, phases)
-        rows, speeds = np.zeros((2, size + len(orbits.units))), np.zeros(2)
-        scales = orbits.scales * np.sqrt(orbits.segments)
+        rows = np.zeros((len(phases), size + len(orbits.units)))
+        speeds, scales = np.zeros(len(phases)), orbits.scales * np.sqrt(orbits.segments)
         for i, (node, state, matrix, vectors) in enumerate(zip(*reached, strict=True)):
             by_state, by_free, speeds[i] = self._slopes(state, float(phases[i]))
             rows[i, node * n : (node + 1) * n] = by_state @ matrix * scales
             rows[i, size:] = (by_state @ vectors + by_free) * orbits.units
-        turns = speeds[0] * speeds[1] < 0
-        weights = np.abs(speeds[::-1]) / np.abs(speeds).sum() if turns else np.full(2, 0.5)
-        return np.asarray(weights @ rows)
+        return rows, speeds
 
     def _phase_of(self, sign: int) -> float:
         """Return the phase of the minimum (-1) or maximum (1)."""

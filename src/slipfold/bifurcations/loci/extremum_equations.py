@@ -9,7 +9,7 @@ from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.locus_equations import LocusEquations
 from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES
 from slipfold.orbits.linearization import Conditions, Linearization
-from slipfold.orbits.measures import Extremal, measure_gradient
+from slipfold.orbits.measures import Extremal
 from slipfold.orbits.orbit_curve import Orbits
 
 
@@ -31,8 +31,7 @@ class ExtremumEquations(LocusEquations):
         self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign where a parameter or the measure is extremal."""
-        of = self._extremal
-        rate = measure_gradient(self.orbits, z, of.measure, of.output) @ tangent
+        rate = self._extremal.gradient(self.orbits, z) @ tangent
         return {**self._standing(tangent), "measure": float(rate)}
 
     def _values(self, plain: Linearization, z: Array) -> Array:
