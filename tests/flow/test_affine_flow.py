@@ -1,5 +1,7 @@
 """Affine rates in closed form, beside the matrix exponential and beside the integrator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
@@ -16,7 +18,7 @@ from slipfold.flow.affine_flow import (
     twice_divided,
 )
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.hybrid_flow import hybrid_flow_of
+from slipfold.flow.hybrid_flow import HybridFlow, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import first_mode, smooth_phases
 from slipfold.flow.modes import Status
 
@@ -120,22 +122,32 @@ def test_modes_are_linearized_as_by_the_integrator(status):
     assert np.abs(ends - flow.linearize(*given)[0]).max() < 1e-13 * np.abs(ends).max()
 
 
-def test_events_are_those_of_the_integrator(monkeypatch):
-    monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=8))
-    model = chain(4)
-    flow, constants = hybrid_flow_of(model), flow_of(model).constants_of(model)
-    start, passed = np.zeros(8), []
-    for energies in (True, False):
-        system = flow.system(start, constants, energies=energies)
+@pytest.mark.parametrize(("load", "speed"), [(0.4, 0.0), (2.0, 0.05)])
+def test_smooth_phases_are_those_of_the_integrator(monkeypatch, load, speed):
+    model = chain(4).replace(Ns=load, Vd=speed)
+    constants, start, passed = flow_of(model).constants_of(model), np.zeros(8), []
+    scales = model.state_scales()
+    for many in (9, 8):
+        monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=many))
+        system = HybridFlow(model).system(start, constants)
         mode = first_mode(system, start)
         passed.append(list(smooth_phases(system, mode, start, 12.0)))
     assert len(passed[0]) > 20
-    assert {Status.STICK, Status.FORTH, Status.BACK} == {part.mode[0] for part, _ in passed[0]}
+    assert {Status.STICK, Status.FORTH} <= {part.mode[0] for part, _ in passed[0]}
+    lost = sum(part.energies for part, _ in passed[0])
     for (one, _), (other, _) in zip(*passed, strict=True):
         assert one.mode == other.mode
         assert one.end == pytest.approx(other.end, abs=1e-10)
-        assert np.abs((one.state - other.state) / model.state_scales()).max() < 1e-10
-    assert not passed[1][0][0].energies.any()
+        assert np.abs((one.state - other.state) / scales).max() < 1e-10
+        assert np.abs(one.energies - other.energies).max() < 1e-10 * np.abs(lost).max()
+    # Dense output, and no energies where none are wanted
+    system, before = replace(system, energies=False), start
+    for part, _ in smooth_phases(system, mode, start, 3.0, dense=True):
+        phases = part.begin + (part.end - part.begin) * np.array([0.0, 0.37, 0.9, 1.0])
+        exact = system.flow.of(part.mode).along(before[None], phases[None], constants)[0]
+        assert np.abs(part.polynomials(phases) - exact / constants.scales).max() < 1e-12
+        assert not part.energies.any()
+        before = part.state
 
 
 def test_a_free_mass_has_too_few_eigenvectors():

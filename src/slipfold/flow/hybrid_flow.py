@@ -429,7 +429,7 @@ class HybridSystem:
     flow: HybridFlow
     constants: Constants
     weights: Array  # one over the scales of slips, frictions and outputs of limits
-    energies: bool = True  # whether they are wanted, which no closed form gives
+    energies: bool = True  # whether they are wanted: closed forms are quicker without
 
     @property
     def places(self) -> tuple[slice, ...]:
@@ -452,7 +452,7 @@ class HybridSystem:
         self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool = False
     ) -> SmoothPhase:
         """Integrate a state in a mode until the mode changes. Shapes: state (n,)."""
-        if not (self.energies or dense) and (exact := self._exactly(mode, state, begin, end)):
+        if exact := self._exactly(mode, state, begin, end, dense=dense):
             return exact
         ready = self.flow.ready(mode, self.constants, self.weights)
         ready.set_out(state, begin)
@@ -464,18 +464,27 @@ class HybridSystem:
             final = ready.compiled.hold(final, time, self.constants)
         return SmoothPhase(mode, begin, time, final, energies, event)
 
-    def _exactly(self, mode: Mode, state: Array, begin: float, end: float) -> SmoothPhase | None:
-        """Do so in closed form, without energies; None where there is none."""
+    def _exactly(
+        self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
+    ) -> SmoothPhase | None:
+        """Do so in closed form, None where there is none."""
         compiled = self.flow.mode(mode)
         if compiled.exact is None or not np.isfinite(state).all():
             return None
-        found = compiled.exact.first(state, begin, end, self.constants, self.weights)
+        found = compiled.exact.follow(state, begin, end, self.constants, self.weights)
         if found is None:
             return None
-        event, time, final = found
+        final, energies, polynomials = found.state, np.zeros(2 * len(mode)), None
+        if self.energies:
+            energies = found.integral(
+                lambda states, phases: compiled.powers.along(states, phases, self.constants)
+            )
+        if dense:
+            polynomials = found.polynomials()
         if not compiled.rests:
-            final = compiled.hold(final, time, self.constants)
-        return SmoothPhase(mode, begin, time, final, np.zeros(2 * len(mode)), event)
+            final = compiled.hold(final, found.end, self.constants)
+        given = mode, begin, found.end, final, energies, found.event
+        return SmoothPhase(*given, polynomials=polynomials)
 
     def _run_closely(
         self, ready: ReadyMode, mode: Mode, state: Array, begin: float, end: float, *, dense: bool

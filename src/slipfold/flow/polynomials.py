@@ -42,7 +42,9 @@ class StepPolynomials:
     heyoka's own compiles code for each trajectory, which takes longer than most smooth phases.
     """
 
-    def __init__(self, times: Sequence[float], coefficients: Sequence[Array]) -> None:
+    def __init__(
+        self, times: Sequence[float] | Array, coefficients: Sequence[Array] | Array
+    ) -> None:
         self.times = np.array(times)  # ends of the steps, shape (m + 1,)
         self.tcs = np.array(coefficients)  # of powers of the time in a step, shape (m, n, order)
 

@@ -489,12 +489,17 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
                 minimum[index] = min(minimum[index], values.min())
                 maximum[index] = max(maximum[index], values.max())
             output = output.inner
-        lengths = np.diff(output.times)
-        for length, coefficients in zip(lengths, output.tcs[:, :n], strict=True):
-            order = coefficients.shape[1]
-            scaled = coefficients * length ** np.arange(order)
-            for index in known:
-                values = _turning_values(scaled[index])
+        orders = np.arange(output.tcs.shape[2])
+        scaled = output.tcs[:, :n] * np.diff(output.times)[:, None, None] ** orders
+        ends = np.stack([scaled[:, :, 0], scaled.sum(axis=2)])
+        minimum[known] = np.minimum(minimum, ends.min(axis=(0, 1), initial=np.inf))[known]
+        maximum[known] = np.maximum(maximum, ends.max(axis=(0, 1), initial=-np.inf))[known]
+        # Only steps whose coefficients allow it are examined.
+        reach = np.abs(scaled[:, :, 1:]).sum(axis=2)
+        beyond = (scaled[:, :, 0] + reach > maximum) | (scaled[:, :, 0] - reach < minimum)
+        for step, index in np.argwhere(beyond).tolist():
+            if index in known:
+                values = _turning_values(scaled[step, index])
                 minimum[index] = min(minimum[index], values.min())
                 maximum[index] = max(maximum[index], values.max())
     return minimum * scales, maximum * scales

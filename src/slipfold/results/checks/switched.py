@@ -131,7 +131,8 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
     orbit, no multipliers are compared.
     """
     model, end = orbit.model, float(orbit.period)
-    system, scales = hybrid_system(model, orbit.state), model.state_scales()
+    system = replace(hybrid_system(model, orbit.state), energies=False)
+    scales = model.state_scales()
 
     def integrated(state: Array) -> tuple[Array, list[Mode]]:
         start = system.held(orbit.first_mode, state, 0.0)
