@@ -7,6 +7,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.bifurcations.branches.response import trace_response
+from slipfold.flow.scales import measured
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e-4, 1e-2, 1.0, 10.0, 1e4])
@@ -64,3 +65,17 @@ def test_several_modes_of_a_chain_may_begin_to_squeal_in_one_step():
 
     for point in still.special:
         assert np.abs(growths(point.value)).min() < 1e-11
+
+
+def test_a_dry_contact_at_rest_hides_no_natural_frequency():
+    # Its friction has no derivative there: steps along a resonance were lengths of velocities alone
+    model = sf.Structure(
+        np.eye(2),
+        sf.ProportionalDamping(beta_K=1e-4),
+        [[2e4, -1e4], [-1e4, 2e4]],
+        contacts=sf.FrictionContact("q2", sf.Coulomb(mu_k=0.3), load=1.0, Vd=0.0),
+        forcing=sf.HarmonicForce("q1", F=3.0),
+    )
+    sizes = measured(model.replace(f=0.97 * model.natural_frequencies[0]))
+    for scales in (sizes.state_scales(), sizes.step_scales()):
+        assert scales[2:] / scales[:2] == pytest.approx(100, rel=1)

@@ -14,6 +14,8 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.hybrid_flow import hybrid_flow_of
+from slipfold.flow.modes import Status
 from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
@@ -208,7 +210,8 @@ def measured(
     if not np.isnan(model.declared_scales()).any():
         return model
     start = model.start if start is None else start
-    looks = [_View(item, flow_of(model), start) for item in (model, *also)]
+    flow = _differentiable(model, start)
+    looks = [_View(item, flow, start) for item in (model, *also)]
     sizes = np.full(len(model.states), np.nan)
     for look in looks[: 1 if motion is not None else None]:
         sizes = np.fmax(sizes, look.moved(motion))
@@ -237,6 +240,20 @@ def measured_within(
     return model.with_scales(measured(first, rest, motion=trajectory).estimated_scales)
 
 
+def _differentiable(model: Model, start: Array) -> Flow:
+    """Return a flow with derivatives at the start: dry contacts at rest have some in slip only.
+
+    Shapes: start (n_states,).
+    """
+    flow = flow_of(model)
+    at = start[None], np.zeros(1), flow.constants(model.vector)
+    if np.isfinite(flow.jacobians(*at)).all():
+        return flow
+    switched = hybrid_flow_of(model)
+    slips = (Status.FORTH,) * len(switched.contacts)
+    return switched.of(slips) if slips and not switched.planar else flow
+
+
 @dataclass(frozen=True, eq=False)
 class _View:
     """A model about its state of rest. Scales have the shape (n,) and are NaN where unknown."""
@@ -255,6 +272,8 @@ class _View:
     def rest(self) -> Array:
         """State of rest under the mean of the forcing, or the start if there is none."""
         start = self.start
+        if self.flow is not flow_of(self.model):  # friction holds it
+            return start
         result, slopes = self._around(start)
         ratios = self._balanced(slopes)
         guess = _largest(np.abs(result).max(axis=0) / ratios) / self._rate(slopes, ratios)
@@ -304,8 +323,9 @@ class _View:
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
         # A slow forcing moves displacements only; the velocities belong to faster vibrations.
         sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
-        symmetric = self._in_group(reached) <= SCALES.unmoved * self.alike(reached)
-        return np.where((largest > SCALES.rounding * still) & ~symmetric, sizes, np.nan)
+        moving = reached > SCALES.unmoved * self.alike(reached)
+        moves = self._in_group(moving.astype(float)) > 0
+        return np.where((largest > SCALES.rounding * still) & moves, sizes, np.nan)
 
     @cached_property
     def bent(self) -> Array:

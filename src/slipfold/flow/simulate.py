@@ -380,14 +380,18 @@ class HybridIntegration(Integration):
         self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
 
     @classmethod
-    def begin(cls, model: Model, start: Array, *, own_duration: bool) -> HybridIntegration:
+    def begin(
+        cls, model: Model, start: Array, *, own_duration: bool, energies: bool = True
+    ) -> HybridIntegration:
         """Begin in characteristic scales; an autonomous one with its own duration if requested.
 
         Shapes: start (n,).
         """
         if own_duration and not model.forced and model.values[DURATION.name] == DURATION.default:
             model = model.replace(**{DURATION.name: _natural_duration(model, start)})
-        return cls(_in_own_scales(model, start), start)
+        result = cls(_in_own_scales(model, start), start)
+        result.system = replace(result.system, energies=energies)
+        return result
 
     @property
     def states(self) -> Array:

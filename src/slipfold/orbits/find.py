@@ -224,7 +224,7 @@ class _Search:
         model, forced = self.model, self.model.forced
         start = model.start if state is None else state
         # Newton's method takes over from where the trajectory nearly repeats.
-        hybrid = HybridIntegration.begin(model, start, own_duration=True)
+        hybrid = HybridIntegration.begin(model, start, own_duration=True, energies=False)
         motion = hybrid.run(self.settle if forced else None, 1e-6)
         if motion.stopped is not None:
             raise InputError(f"no orbit was found: {motion.stopped.reason}")

@@ -229,6 +229,24 @@ class SwitchedShooting(Shooting):
         mode = first_mode(system, start, begin)
         return list(smooth_phases(system, mode, system.held(mode, start, begin), end, begin=begin))
 
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the states at any phases, shape (q, n), those of a smooth phase in one batch."""
+        passed = self.round(nodes, constants)
+        if not passed or any(part.released or Status.SLOW in part.mode for part, _ in passed):
+            return super().states(nodes, constants, phases)
+        _, within = self.before(phases)
+        first = passed[0][0]
+        start = self.switched.held(first.mode, nodes[0], first.begin, constants)
+        result = np.empty((len(phases), len(start)))
+        for part, _ in passed:
+            some = np.flatnonzero((within >= part.begin) & (within <= part.end))
+            at, which = np.unique([part.begin, *within[some]], return_inverse=True)
+            known = start[None]
+            if len(at) > 1:
+                known = self.switched.of(part.mode).along(known, at[None], constants)[0]
+            result[some], start = known[which[1:]], part.state
+        return result
+
     def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
         """Propagate states, each from a phase to another, shape (m, n)."""
         ends = np.full(nodes.shape, np.nan)
