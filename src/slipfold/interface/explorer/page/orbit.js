@@ -4,7 +4,7 @@ import { element } from "./dom.js";
 import { Cursor, Player } from "./player.js";
 import { axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
-import { Schematic } from "./schematic.js";
+import { Schematic } from "./model/schematic.js";
 import { Mechanism, PhaseAnimation, sampled } from "./stages.js";
 
 const FLOOR = 1e-6;

@@ -1,6 +1,6 @@
 /** A simulation, its Lyapunov exponents, and their panel. */
 
-import { ContactPanel } from "./contacts.js";
+import { ContactPanel } from "./model/contacts.js";
 import { valueTitle } from "./diagram_plot.js";
 import { element } from "./dom.js";
 import { MotionPanel } from "./motion.js";

@@ -1,6 +1,6 @@
 /** The stages on which a trajectory runs: mechanism, belts, phase plane. */
 
-import { pieceAt, valueAt } from "./contacts.js";
+import { pieceAt, valueAt } from "./model/contacts.js";
 import { element, set, svg } from "./dom.js";
 import { axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";

@@ -2,7 +2,7 @@
 
 import { withText } from "./connection.js";
 import { Choice, element, icon, roving, set } from "./dom.js";
-import { offered } from "./editor.js";
+import { offered } from "./model/editor.js";
 import { apply, choice, isPresented, nextChoice, present } from "./theme.js";
 import { initialView, isShort } from "./view.js";
 

@@ -1,9 +1,9 @@
 /** The model as a text: shown, edited, opened from a file, saved, and made the model of the page. */
 
-import { texts, withText } from "./connection.js";
-import { element, icon } from "./dom.js";
-import { download, posted } from "./toolbar.js";
-import { addressOf, initialView, readAddress } from "./view.js";
+import { texts, withText } from "../connection.js";
+import { element, icon } from "../dom.js";
+import { download, posted } from "../toolbar.js";
+import { addressOf, initialView, readAddress } from "../view.js";
 
 /** Characters that a model's name may have, so that a number fits behind it. */
 const LONGEST_NAME = 180;

@@ -1,11 +1,11 @@
 /** Friction of the contacts: the coefficient over the slip speed while sliders move, and other laws. */
 
-import { withText } from "./connection.js";
-import { Choice, element } from "./dom.js";
+import { withText } from "../connection.js";
+import { Choice, element } from "../dom.js";
 import { carriedOver, written } from "./editor.js";
-import { formatted, withUnit } from "./quantities.js";
-import { SmallPlot } from "./small_plot.js";
-import { posted } from "./toolbar.js";
+import { formatted, withUnit } from "../quantities.js";
+import { SmallPlot } from "../small_plot.js";
+import { posted } from "../toolbar.js";
 
 const SPEED = { name: "v", label: "v", unit: "m/s" };
 

@@ -1,10 +1,10 @@
 /** What contacts do in the last round of a simulation: pictures and panel. */
 
-import { element } from "./dom.js";
-import { Cursor, Player } from "./player.js";
+import { element } from "../dom.js";
+import { Cursor, Player } from "../player.js";
 import { Schematic } from "./schematic.js";
-import { SmallPlot } from "./small_plot.js";
-import { Belts, Mechanism, PhaseAnimation } from "./stages.js";
+import { SmallPlot } from "../small_plot.js";
+import { Belts, Mechanism, PhaseAnimation } from "../stages.js";
 
 /** What a contact does, in words, in the order of the legend. */
 const WORDS = { stick: "sticks", forth: "slips forth", back: "slips back", open: "open" };

@@ -1,7 +1,7 @@
 /** A mechanism drawn from its parts: masses in a row, springs, dashpots, contacts, forces. */
 
-import { element, set, svg } from "./dom.js";
-import { coil, sampled } from "./stages.js";
+import { element, set, svg } from "../dom.js";
+import { coil, sampled } from "../stages.js";
 
 const WIDTH = 320;
 const MARGIN = 22;
