@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
 from slipfold.interface.explorer.messages import MotionRequest, SimulationRequest
-from slipfold.interface.explorer.motions import send_motion
+from slipfold.interface.explorer.motions import ROUNDS, send_motion
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import Solutions, send_simulation
 
@@ -32,10 +32,10 @@ Vd = "0.5 m/s"
 """Three masses on a belt."""
 
 
-def last_message(model, **options):
+def last_message(model, solutions=None, **options):
     pieces = []
     request = SimulationRequest(kind="simulation", id=1, model=model.name, **options)
-    send_simulation(model, request, pieces.append)
+    send_simulation(model, request, pieces.append, solutions=solutions)
     assert [piece["done"] for piece in pieces] == [False] * (len(pieces) - 1) + [True]
     return pieces[-2] | pieces[-1]
 
@@ -67,8 +67,8 @@ def test_a_belt_carries_a_mass_as_simulate_says():
 
 
 def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
-    model = sf.Structure.from_toml(CHAIN)
-    last = last_message(model, periods=600)
+    model, solutions = sf.Structure.from_toml(CHAIN), Solutions()
+    last = last_message(model, solutions, periods=600)
     motion, sections = sf.simulate(model), last["sections"]
     assert motion.periods > PAGE.columns >= sections["count"] > PAGE.columns / 2
     assert sections["count"] * sections["duration"] == pytest.approx(motion.duration, rel=2e-3)
@@ -76,6 +76,15 @@ def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
     a = motion.sample()[1][:, 0]
     assert max(sections["max"]["a"]) == pytest.approx(a.max(), rel=1e-2)
     assert len(json.dumps(last)) < 1e6
+    # A round holds thirty oscillations, each of which is seen in its views.
+    shown = views(model, ("a", "va"), solutions, periods=600)
+    frequency, amplitude = shown["spectrum"]["frequency"], shown["spectrum"]["amplitude"]["a"]
+    high = [size for line, size in zip(frequency, amplitude, strict=True) if line > 1]
+    assert max(high) == max(amplitude[1:])
+    assert sum(amplitude[1:]) > a.max() - a.mean()
+    speeds = shown["section"]["columns"]["va"]
+    assert len(speeds) % (ROUNDS + 1) == 0
+    assert speeds[: len(speeds) // 3] == pytest.approx(speeds[-len(speeds) // 3 :], abs=1e-3)
 
 
 def test_on_a_floor_at_rest_a_motion_ends_in_stick():
@@ -102,10 +111,10 @@ def test_a_motion_that_goes_on_is_one_motion():
     assert max(more["max"]["x"]) == pytest.approx(max(begun["sections"]["max"]["x"][-64:]))
 
 
-def views(model, outputs, **options):
+def views(model, outputs, solutions=None, **options):
     request = MotionRequest(kind="motion", id=1, model=model.name, outputs=outputs, **options)
     pieces = []
-    send_motion(model, request, pieces.append, lambda: None, Solutions())
+    send_motion(model, request, pieces.append, lambda: None, solutions or Solutions())
     return pieces[-1]
 
 
@@ -136,7 +145,7 @@ def test_a_cycle_has_its_section_where_it_passes_its_mean():
     shown = views(model, ("x", "v"), periods=600)
     section = shown["section"]
     assert abs(section["level"]) < 1e-3
-    assert section["columns"]["x"] == pytest.approx([section["level"]] * PAGE.window, abs=1e-5)
+    assert section["columns"]["x"] == pytest.approx([section["level"]] * 3, abs=1e-5)
     speed = np.array(section["columns"]["v"])
     assert speed.min() > 0
     assert np.ptp(speed) < 1e-4 * speed.min()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from slipfold.interface.explorer.messages import MotionRequest
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, number, short
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import Solutions
-from slipfold.long_term.spectrum import find_spectrum
+from slipfold.long_term.spectrum import Spectrum, find_spectrum
 from slipfold.models.model import Model
 
 ROUNDS = 2
@@ -21,6 +22,9 @@ ROUNDS = 2
 
 OPEN = 32
 """Forcing periods that are shown of another motion."""
+
+LEVEL = 1e-9
+"""Mean over the range below which a motion is about zero: the rest is rounding."""
 
 
 def send_motion(
@@ -56,13 +60,32 @@ def _window(trajectory: Trajectory, request: MotionRequest, period: float) -> di
     count = trajectory.steady_periods(min(request.window or usual, PAGE.window))
     if settlement.duration is None:
         count = min(count, trajectory.periods)
-    each = max(min(4 * PAGE.samples, PAGE.max_samples // count), PAGE.least_samples)
+    wanted = 4 * PAGE.samples * intervals_in(trajectory)
+    each = max(min(wanted, PAGE.max_samples // count), PAGE.least_samples)
     values = trajectory.steady_outputs(count, each)
     return {
         "periods": count,
         "duration": count * period,
         "columns": _columns(flow_of(trajectory.model), request.outputs, values),
     }
+
+
+def intervals_in(trajectory: Trajectory) -> int:
+    """Return the intervals of its own duration that a round of a cycle takes, else 1.
+
+    A round may hold many oscillations, as where several masses stick and slip.
+    """
+    duration = trajectory.settlement.duration
+    return 1 if duration is None else max(math.ceil(duration / trajectory.forcing_period), 1)
+
+
+def steady_spectrum(trajectory: Trajectory) -> Spectrum:
+    """Return the spectrum of one response, or of many periods of what does not repeat."""
+    if trajectory.settlement.settled:
+        fine = min(PAGE.samples * intervals_in(trajectory), PAGE.max_samples)
+        return find_spectrum(trajectory, trajectory.settlement.period or 1, fine)
+    periods = PAGE.window // (1 if trajectory.sticking is None else 4)
+    return find_spectrum(trajectory, periods, PAGE.samples, tapered=True)
 
 
 def _columns(
@@ -82,8 +105,13 @@ def _section(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
         constants = flow.constants_of(trajectory.model)
         values = flow.outputs(states, np.zeros(len(states)), constants)
         return {"level": None, "columns": _columns(flow, names, values)}
-    samples = trajectory.steady_outputs(min(kept, PAGE.window), PAGE.samples)
-    level = float(samples[:, flow.output_index(names[0])].mean())
+    settled = trajectory.settlement.settled
+    each = PAGE.samples * intervals_in(trajectory)
+    samples = trajectory.steady_outputs(ROUNDS + 1 if settled else min(kept, PAGE.window), each)
+    first = samples[:, flow.output_index(names[0])]
+    level = float(first.mean())
+    if abs(level) < LEVEL * float(np.ptp(first)):
+        level = 0.0
     return {"level": number(level), "columns": _passed(_columns(flow, names, samples), level)}
 
 
@@ -102,11 +130,8 @@ def _passed(columns: dict[str, list[float]], level: float) -> dict[str, list[flo
 
 def _spectrum(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
     """Return amplitudes up to some multiples of the first frequency."""
-    settled = trajectory.settlement.settled or trajectory.sticking is not None
-    spectrum = find_spectrum(
-        trajectory, PAGE.window // (4 if settled else 1), PAGE.samples, tapered=True
-    )
-    seen = spectrum.order <= PAGE.orders
+    spectrum = steady_spectrum(trajectory)
+    seen = spectrum.order <= PAGE.orders * intervals_in(trajectory)
     amplitude = {name: spectrum.of(name)[seen] for name in names}
     return {
         "frequency": short(spectrum.frequency[seen]),

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from slipfold.flow.flow import flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SoundRequest
+from slipfold.interface.explorer.motions import steady_spectrum
 from slipfold.interface.explorer.plain import Check, Emit, axis_of
 from slipfold.interface.explorer.trajectories import Solutions
-from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.model import Model
 
 
@@ -133,10 +133,9 @@ def _last(
 
 
 def _frequency(trajectory: Trajectory, output: str) -> float:
-    """Return what is heard as the pitch: of the response, the forcing, or the highest line."""
-    settlement, period = trajectory.settlement, period_of(trajectory)
-    if settlement.settled or trajectory.model.forced:
-        return 1 / ((settlement.period or 1) * period)
-    spectrum = find_spectrum(trajectory, tapered=True)
-    lines = spectrum.of(output)[1:]
-    return float(spectrum.frequency[1 + int(np.argmax(np.nan_to_num(lines)))])
+    """Return what is heard as the pitch: the response, or the highest line where nothing forces."""
+    if trajectory.model.forced:
+        return 1 / ((trajectory.settlement.period or 1) * period_of(trajectory))
+    spectrum = steady_spectrum(trajectory)
+    lines = np.nan_to_num(spectrum.of(output)[1:])
+    return float(spectrum.frequency[1 + int(np.argmax(lines))])
