@@ -1,5 +1,6 @@
 """Models that are written on the page: parsed and never run, bounded, and as good as others."""
 
+import re
 from contextlib import suppress
 
 import hypothesis
@@ -10,9 +11,10 @@ from hypothesis import strategies as st
 import slipfold as sf
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import diagram, running_explorer
+from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.equations import equations_of
-from slipfold.interface.explorer.messages import ModelRequest
+from slipfold.interface.explorer.messages import ExportRequest, ModelRequest
 from slipfold.interface.explorer.security import ServerLimits
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.texts import answered, text_of
@@ -184,6 +186,19 @@ def test_files_with_matrices_are_read_in_the_folder_of_the_servers_file_alone(tm
     ]:
         with pytest.raises(sf.InputError, match=r"this text is in none|leads out of the folder"):
             other.described(text, "")
+
+
+def test_a_copied_text_has_the_matrices_of_its_files_in_it(tmp_path):
+    (tmp_path / "K.mtx").write_text(MATRIX)
+    file = tmp_path / "brake.toml"
+    file.write_text(OF_FILE)
+    changed = OF_FILE.replace("[[0.05]]", "[[0.06]]")
+    answering = Answering(Catalogue(sf.Structure.from_toml(file), file))
+    view = diagram(model="brake (edited)", text=changed, parameters={}, vary="Vd", show="tip")
+    request = ExportRequest.model_validate({"view": view, "format": "python"})
+    script = answering.export(request, lambda: None).decode()
+    text = re.search(r"from_toml\(r'''\n(.*)'''\)", script, re.DOTALL)[1]
+    assert sf.Structure.from_toml(text) == Catalogue(None, file).model("brake", {}, changed)
 
 
 LINES = [line for line in (DUFFING + BRAKE).splitlines() if line]

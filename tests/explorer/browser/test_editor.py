@@ -61,7 +61,7 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     page.reload()  # another page knows nothing of the model
     page.wait_for_selector(".plot[aria-busy=false]")
     assert editor.specials() == after
-    editor.open("model=stribeck")
+    editor.open("model=duffing&p.F=0.2")
     page.get_by_role("button", name="Edit the model").click()
     with editor.redrawn():
         page.get_by_label("File with a model").set_input_files(saved)

@@ -128,7 +128,7 @@ export class ModelEditor {
   #state = element("span", { role: "status" });
   #lined = element("div", { class: "lined" });
   #actions = element("div", { class: "actions" });
-  #equations = element("div", { class: "equations", tabindex: "0", "aria-label": "Equations" });
+  #equations = element("div", { class: "equations", role: "region", tabindex: "0", "aria-label": "Equations" });
   #tabs = ["Text", "Equations"].map((name, i) => element("button", {
     type: "button", class: "small-button", on: { click: () => this.#turnTo(i === 0) },
   }, name));
@@ -174,9 +174,16 @@ export class ModelEditor {
     this.opener.focus();
   }
 
-  /** Make the model of the text and show it. */
-  async apply() {
+  /**
+   * Make the model of the text and show it.
+   * @param {{isFile?: boolean}} [how] isFile: a file was opened, whose view is shown too
+   */
+  async apply({ isFile = false } = {}) {
     const text = this.#text.value;
+    if (!isFile && !this.#isChanged && this.#fault.hidden) {
+      this.#tell("Nothing was changed.");
+      return;
+    }
     const { session, view, model: before } = { session: this.#session, view: this.#session.view, model: this.#session.model };
     this.#tell("Building the model…");
     this.#apply.disabled = true;
@@ -185,7 +192,7 @@ export class ModelEditor {
       this.#adopt(model);
       const address = HOLDS_VIEW.exec(text)?.[1];
       const isSame = model.base === (before.base ?? before.name);
-      if (address !== undefined && !isSame) this.#show(readAddress(`model=${encodeURIComponent(model.name)}&${address}`, session.models));
+      if (address !== undefined && isFile) this.#show(readAddress(`model=${encodeURIComponent(model.name)}&${address}`, session.models));
       else session.store.commit(isSame ? carriedOver(view, before, model) : initialView(model));
       await this.#ask(model);
       this.#tell("Applied.");
@@ -213,6 +220,7 @@ export class ModelEditor {
     try {
       const answer = await this.#ask(model);
       if (model !== this.#session.model) return;
+      this.#fileName = null;
       this.#adopt(model, answer.text);
       this.#tell("");
     } catch (error) {
@@ -235,8 +243,12 @@ export class ModelEditor {
 
   /** Read the file of the model again, and make what it holds now the model. */
   async #readAgain() {
-    await this.#read(this.#session.model);
-    await this.apply();
+    const before = this.#text.dataset.given;
+    const { text } = await this.#ask(this.#session.model);
+    this.#text.value = text;
+    this.#changed();
+    if (text === before) this.#tell("The file has not changed.");
+    else await this.apply();
   }
 
   #adopt(model, text = this.#text.value) {
@@ -297,7 +309,7 @@ export class ModelEditor {
     }
     this.#text.value = (await file.text()).replaceAll("\r\n", "\n");
     this.#changed();
-    await this.apply();
+    await this.apply({ isFile: true });
   }
 
   #drop(event) {
