@@ -10,7 +10,7 @@ from helpers.dry_friction import belt, sliding
 from slipfold.interface.explorer.messages import MotionRequest, SimulationRequest
 from slipfold.interface.explorer.motions import ROUNDS, send_motion
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import Solutions, send_simulation
+from slipfold.interface.explorer.trajectories import Solutions, orbit_view, send_simulation
 
 CHAIN = """
 name = "chain"
@@ -85,6 +85,23 @@ def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
     speeds = shown["section"]["columns"]["va"]
     assert len(speeds) % (ROUNDS + 1) == 0
     assert speeds[: len(speeds) // 3] == pytest.approx(speeds[-len(speeds) // 3 :], abs=1e-3)
+
+
+def test_an_orbit_with_stick_has_its_friction_everywhere():
+    model = belt(sf.Coulomb(mu_s=1.0, mu_k=0.5))
+    motion = sf.simulate(model)
+    state = dict(zip(["x", "vx"], motion.states[-1].tolist(), strict=True))
+    orbit = sf.periodic_orbit(motion.steady_model, 1, state)
+    shown = orbit_view(orbit, "Vd")
+    friction = np.array(shown["outputs"]["Fx"])
+    # Friction holds the spring from nothing up to 1 while it sticks; it slips with 0.5.
+    assert friction.max() == pytest.approx(1, abs=0.02)
+    assert friction.min() == pytest.approx(0, abs=0.02)
+    assert np.count_nonzero(np.abs(friction - 0.5) < 1e-6) > 50
+    json.dumps(shown, allow_nan=False)
+    lines = motion.spectrum(1)
+    ours = shown["spectrum"]["amplitude"]["x"]
+    assert ours[1] == pytest.approx(lines.amplitude[1, 0], rel=1e-6)
 
 
 def test_on_a_floor_at_rest_a_motion_ends_in_stick():

@@ -13,7 +13,7 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.text import OneLine, PrintedTable, number_text
 
 FINER = 32
@@ -184,11 +184,9 @@ def find_spectrum(
         known = flow, trajectory.steady_model, values, count
         return _transform(*known, trajectory.settlement.settled, finer)
     # The orbit rounds its samples up to a multiple of its nodes.
-    states = trajectory.sample(trajectory.period * per_period)[1]
-    count = len(states)
-    phases = (np.arange(count) * trajectory.period % count) / count
-    values = flow.outputs(states, phases, flow.constants_of(trajectory.model))
-    return _transform(flow, trajectory.model, values, trajectory.period, True)
+    finer = FINER if isinstance(trajectory, StickSlipOrbit) else 1
+    values = trajectory.outputs(trajectory.period * per_period * finer)[1]
+    return _transform(flow, trajectory.model, values, trajectory.period, True, finer)
 
 
 def _without_even_turning(angles: Array) -> Array:

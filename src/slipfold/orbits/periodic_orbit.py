@@ -182,11 +182,24 @@ class PeriodicOrbit(OneLine):
         time, values : ndarray, shape (count,)
             Seconds and values in the unit of the output.
         """
-        time, values = self._outputs(count)
+        time, values = self.outputs(count)
         return time, values[:, flow_of(self.model).output_index(name)]
 
-    def _outputs(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sample all outputs over one period, the states first, shape (count, n_outputs)."""
+    def outputs(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sample all outputs over one period.
+
+        Parameters
+        ----------
+        count
+            At least this many samples; rounded up to a multiple of the nodes.
+
+        Returns
+        -------
+        time : ndarray, shape (count,)
+            Seconds, from 0; the end of the period is left out.
+        values : ndarray, shape (count, n_outputs)
+            Outputs, the states first, each in its unit.
+        """
         flow = flow_of(self.model)
         time, states = self.sample(count)
         constants = flow.constants_of(self.model)
@@ -415,8 +428,8 @@ class StickSlipOrbit(PeriodicOrbit):
         phases: Array = np.arange(count, dtype=float) * (self.period / count)
         return phases * self._forcing_period, self._samples(phases).states
 
-    def _outputs(self, count: int) -> tuple[Array, Array]:
-        """Sample all outputs over one period through stick and slip, shape (count, n_outputs)."""
+    def outputs(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sample all outputs over one period, through stick and slip."""
         phases: Array = np.arange(count, dtype=float) * (self.period / count)
         return phases * self._forcing_period, self._samples(phases).outputs()
 

@@ -35,7 +35,7 @@ class Orbit(Nested):
             for place, item in enumerate(items)
         ]
         time = Column("time", meaning="time", unit="s", get=itemgetter(-1), label=True)
-        seconds, values = orbit._outputs(256 * orbit.period)
+        seconds, values = orbit.outputs(256 * orbit.period)
         samples = Items("time", (*columns, time), joined=True)
         return samples.arrays([[*values.T, seconds]], {}) | super().variables(result, key)
 

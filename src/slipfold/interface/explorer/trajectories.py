@@ -61,19 +61,16 @@ def timed(model: Model, request: SolutionRequest) -> Model:
 def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
     model = orbit.model
-    flow = flow_of(model)
-    time, states = orbit.sample(min(4 * PAGE.samples * orbit.period, PAGE.max_samples))
+    time, values = orbit.outputs(min(4 * PAGE.samples * orbit.period, PAGE.max_samples))
     time = np.append(time, orbit.duration)
+    end = values[:1].copy()
     turned = [REVOLUTION * orbit.revolutions.get(state.name, 0) for state in model.states]
-    states = np.concatenate([states, states[:1] + turned])
-    constants = flow.constants_of(model)
-    phases = time / constants.period
-    values = flow.outputs(states, phases, constants)
-    columns = {name: short(values[:, i]) for i, name in enumerate(flow.output_names)}
+    end[0, : len(turned)] += turned
+    columns = finite_columns(model, np.concatenate([values, end]))
     names = [state.name for state in model.states]
     return {
         "t": short(time),
-        "phase": short(phases),
+        "phase": short(time / flow_of(model).constants_of(model).period),
         "states": {name: columns[name] for name in names},
         "outputs": {name: column for name, column in columns.items() if name not in names},
         "spectrum": _spectrum(orbit),
@@ -84,6 +81,15 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "value": number(model.values[vary]),
         "duration": number(orbit.duration),
         "mechanism": mechanism_of(model),
+    }
+
+
+def finite_columns(model: Model, values: NDArray[np.float64]) -> dict[str, list[float]]:
+    """Return all outputs that have a value everywhere, by name. Shapes: values (m, n_outputs)."""
+    return {
+        name: short(values[:, i])
+        for i, name in enumerate(flow_of(model).output_names)
+        if np.isfinite(values[:, i]).all()
     }
 
 
@@ -105,7 +111,7 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
     contacts = spectrum.order <= PAGE.orders
     return {
         "frequency": short(spectrum.frequency[contacts]),
-        "amplitude": {name: short(spectrum.of(name)[contacts]) for name in spectrum.names},
+        "amplitude": finite_columns(orbit.model, spectrum.amplitude[contacts]),
     }
 
 
@@ -229,11 +235,7 @@ def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
     values = trajectory.steady_outputs(count, each)
     last = values[:1] if contacts.repeats else values[-1:]
     values = np.concatenate([values, last])
-    columns = {
-        name: short(values[:, i])
-        for i, name in enumerate(flow.output_names)
-        if np.isfinite(values[:, i]).all()
-    }
+    columns = finite_columns(trajectory.model, values)
     names = [state.name for state in model.states]
     period = flow.constants_of(model).period
     return {
