@@ -146,3 +146,56 @@ def test_a_plane_without_the_parameter_of_the_branch_is_refused():
     (point,) = peaks(LINEAR, "W", (0.6, 1.4))
     with pytest.raises(sf.InputError, match="the MAX is an extremum along W, which the plane of F"):
         sf.locus(point, ("F", "D"), ((0.5, 2), (0.05, 0.2)))
+
+
+JOINT = sf.System(
+    name="joint",
+    parameters={"W": 0.9, "F": 0.02},
+    states={"x": "v", "v": "F*cos(W*t) - x - 0.06*v + 0.0356*v^3 - 0.0064*v^5"},
+    forcing={"period": "2*pi/W", "amplitude": "F"},
+)
+
+
+def test_isolas_lie_on_the_ridge():
+    (point,) = peaks(JOINT, "W", (0.9, 1.1))
+    level = sf.Event("F", 0.032, "parameter")
+    window = ((0.9, 1.1), (0.005, 0.06))
+    diagram = sf.locus(point, ("W", "F"), window, events=[level])
+    turns = {point.name: point for _, point in diagram.special if "F" in point.name}
+    # One harmonic: F = c1 a - 3/4 c3 a^3 + 5/8 c5 a^5 is extremal at two amplitudes.
+    c1, c3, c5 = 0.06, 0.0356, 0.0064
+    squares = np.sort(np.roots([25 / 8 * c5, -9 / 4 * c3, c1]))
+    for name, square in zip(("largest F", "smallest F"), squares, strict=True):
+        force = (c1 - 3 / 4 * c3 * square + 5 / 8 * c5 * square**2) * np.sqrt(square)
+        assert turns[name].values[1] == pytest.approx(force, rel=2e-3)
+        assert max(turns[name].uncertainty) < 1e-10
+    orbits = [point.orbit for _, point in diagram.special if point.type == "EVENT"]
+    assert [orbit.model.values["F"] for orbit in orbits] == [0.032] * 3
+    whole = sf.response(JOINT, "W", (0.9, 1.1), F=0.032, also=orbits)
+    response, isola = whole.branches
+    assert (response.stopped.kind, isola.stopped.kind) == ("span", "closed")
+    assert [point.type for point in isola.special] == ["LP", "LP"]
+    top, bottom = (float(orbits[i].extrema.of("x")[1][0]) for i in (2, 1))
+    height = isola.extrema_of("x").of("x")[1]
+    assert bottom - 1e-9 <= height.min() < height.max() <= top + 1e-9
+
+
+def test_events_on_a_locus_of_folds():
+    folds = sf.response(model_named("duffing"), "W", (0.5, 1.8)).special
+    level, height = sf.Event("F", 0.2, "parameter"), sf.Event("q", 3.0)
+    window = ((0.5, 1.8), (0.1, 0.25))
+    diagram = sf.locus(folds[0], ("W", "F"), window, events=[level, height], switch=False)
+    (at,) = (point for _, point in diagram.special if point.name == "parameter F = 0.2")
+    again = sf.response(model_named("duffing"), "W", (0.5, 1.8), F=0.2).special[0].point
+    assert at.values[0] == pytest.approx(again.value, abs=1e-11)
+    (high,) = (point for _, point in diagram.special if point.name == "max q = 3")
+    assert high.orbit.extrema.of("q")[1] == pytest.approx(3, abs=1e-9)
+
+
+def test_events_on_loci_are_checked():
+    (point,) = peaks(LINEAR, "W", (0.6, 1.4))
+    window = ((0.6, 1.4), (0.2, 3))
+    with pytest.raises(sf.InputError, match="event on parameter 'D' cannot occur"):
+        sf.locus(point, ("W", "F"), window, events=[sf.Event("D", 0.1, "parameter")])
+    with pytest.raises(sf.InputError, match="events are located on loci from special points"):
+        sf.locus(LINEAR, ("W", "F"), window, events=[sf.Event("x")])

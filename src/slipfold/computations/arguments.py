@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.long_term.search import Box, box_around, checked_box
@@ -87,6 +87,15 @@ def checked_starts(
     """
     where = box_around(model) if box is None else checked_box(model, box)
     return where, where.starts(starts, seed) if starts else np.empty((0, len(model.states)))
+
+
+def checked_events(events: object) -> tuple[Event, ...]:
+    """Return a sequence of events."""
+    given = tuple(events) if isinstance(events, (list, tuple)) else (events,)
+    for item in given:
+        if not isinstance(item, Event):
+            raise InputError(f"events: {item!r} is not an event; give e.g. sf.Event('x', 0.3)")
+    return given
 
 
 def checked_settings(given: Settings | None) -> Settings:

@@ -9,12 +9,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
 from slipfold.bifurcations.loci.follow import follow_loci
 from slipfold.bifurcations.loci.window import Window, measured_across, parse_plane
 from slipfold.computations.arguments import (
+    checked_events,
     checked_model,
     checked_settings,
     refuse_varied,
@@ -52,10 +53,15 @@ def locus(
     *,
     type: LocusType = None,
     settings: Settings | None = None,
+    events: Sequence[Event] = (),
     on_progress: Observer | None = None,
     switch: Switch = True,
 ) -> LocusDiagram:
     """Follow the locus of a bifurcation in two parameters, and the loci that start on it.
+
+    Or the locus of an extremum (see `slipfold.Event`), as that of the peaks of a resonance over the
+    level of the force. Several peaks at one level may lie on several branches, of which isolas are
+    found in this way.
 
     Returns
     -------
@@ -84,7 +90,13 @@ def locus(
     >>> onset.kind, bool(abs(onset.values.prod(axis=1) - 1).max() < 1e-12)
     ('equilibrium', True)
     """
+    watched = checked_events(events)
     if isinstance(special_point, Model):
+        if watched:
+            raise InputError(
+                "events are located on loci from special points, but a model is given; leave them "
+                "out, or give a special point"
+            )
         return _of_model(special_point, vary, window, type, settings, on_progress, switch)
     if type is not None:
         raise InputError(
@@ -99,8 +111,9 @@ def locus(
     started = perf_counter()
     remarks: list[str] = []
     loci = follow_loci(
-        points, plane, spans, settings=chosen, observer=on_progress, switch=switch, remarks=remarks
-    )
+        points, plane, spans, settings=chosen, observer=on_progress, switch=switch,
+        remarks=remarks, events=watched,
+    )  # fmt: skip
     checked = check_loci(loci, on_progress)
     return LocusDiagram(
         base,

@@ -23,6 +23,7 @@ from slipfold.bifurcations.tori.follow import tori_from, tori_of
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.computations.arguments import (
     Values,
+    checked_events,
     checked_model,
     checked_point,
     checked_settings,
@@ -354,15 +355,6 @@ def _begin(
     if isinstance(result, PeriodicOrbit):
         return Begin(at, result)
     return Begin(at, state=result)
-
-
-def checked_events(events: object) -> tuple[Event, ...]:
-    """Return a sequence of events."""
-    given = tuple(events) if isinstance(events, (list, tuple)) else (events,)
-    for item in given:
-        if not isinstance(item, Event):
-            raise InputError(f"events: {item!r} is not an event; give e.g. sf.Event('x', 0.3)")
-    return given
 
 
 def own_events(model: Model, vary: str) -> tuple[Event, ...]:

@@ -133,7 +133,7 @@ def slope_at(function: Callable[[P], float], history: Sequence[P], point: P, a: 
     # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
     far = abs(nearest.arclength - point.arclength) >= 1e-7
     first, last = (point, nearest) if far else (a, b)
-    return (function(last) - function(first)) / (last.arclength - first.arclength)
+    return float((function(last) - function(first)) / (last.arclength - first.arclength))
 
 
 def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> float | None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import SquareMatrix
 from slipfold.orbits.critical import slope_along
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
@@ -16,12 +15,13 @@ from slipfold.orbits.switched_shooting import DIFFERENCED
 
 @dataclass(frozen=True)
 class MeasureSettings:
-    """Where the phase of an extremum over an orbit is searched, and how exactly."""
+    """How the extrema of an output over an orbit are found, and how exactly."""
 
     samples: int = 64  # a forcing period or round, besides the nodes: they find the right hump
     exact: float = 1e-13  # phases to which it is located: the derivatives have as many digits
     # Phases beside it at which derivatives are taken: the error goes with the square
     aside: float = 1e-7
+    borders: int = 3  # times that a system is bordered anew: twice suffice
 
 
 SEARCH = MeasureSettings()
@@ -44,9 +44,9 @@ def measure_gradient(orbits: Orbits, z: Array, measure: str, output: str) -> Arr
 class Extremal:
     r"""That a measure has an extremum along the branch on which one of two parameters is held.
 
-    With its gradient a and the unit tangent of that branch
-
-    .. math:: g = a^T \tau / |a| = 0, \qquad F_z \tau = 0, \quad \tau_{held} = 0 .
+    With its gradient a and a tangent of that branch :math:`F_z \tau = 0, \tau_{held} = 0,
+    a^T \tau = 0`: the matrix of these rows is singular. So it is where two branches merge, too,
+    which have two tangents: one of them is orthogonal to a.
 
     `held` is the place of that parameter in the unknown, counted from its end.
     """
@@ -61,23 +61,43 @@ class Extremal:
         return np.sum([w * item.gradient for w, item in zip(weights, found, strict=True)], 0)
 
     def value(self, orbits: Orbits, plain: Linearization, z: Array) -> float:
-        """Return how far it is from being met: a cosine."""
-        gradient = self.gradient(orbits, z)
-        return float(gradient @ self._branch(plain, len(z))[0] / np.linalg.norm(gradient))
+        """Return how far it is from being met: the least singular value, with a sign."""
+        return self._least(plain, self.gradient(orbits, z))[0]
 
     def conditions(self, orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
         """Return the same with its derivatives where it is met.
 
-        The tangent turns by what second derivatives along it make of it. They are differences of
-        first ones: of all in one step, since second derivatives are symmetric.
+        Those of the matrix are needed along its right null vector alone. They are differences in
+        one step along it, since second derivatives are symmetric.
         """
         gradient = self.gradient(orbits, z)
-        tangent, bordered = self._branch(plain, len(z))
-        weights = bordered.solve_transposed(gradient)[: orbits.size]
-        slope = self._slope(orbits, z, tangent)
-        slope -= weights @ slope_along(orbits, z, tangent)[: orbits.size]
-        size = float(np.linalg.norm(gradient))
-        return Conditions(np.array([gradient @ tangent / size]), slope[None] / size)
+        value, left, right = self._least(plain, gradient)
+        slope = left[: orbits.size] @ slope_along(orbits, z, right)[: orbits.size]
+        slope = slope + left[-1] * self._slope(orbits, z, right) / np.linalg.norm(gradient)
+        return Conditions(np.array([value]), slope[None])
+
+    def _least(self, plain: Linearization, gradient: Array) -> tuple[float, Array, Array]:
+        """Return the least singular value of the matrix with the sign of the determinant.
+
+        Also its left and right vectors, from systems bordered by their approximations.
+        """
+        from scipy.linalg import lu_factor, lu_solve
+
+        size = len(gradient)
+        holds = np.eye(1, size, size + self._held)
+        rows = plain.jacobian, holds, gradient[None] / np.linalg.norm(gradient)
+        whole, last = np.zeros((size + 1, size + 1)), np.eye(1, size + 1, size)[0]
+        whole[:size, :size] = np.concatenate(rows)
+        # Vectors along no axis of anything are borders of any matrix.
+        left = right = np.append(np.cos(np.arange(1.0, size + 1)), 0.0)
+        for _ in range(SEARCH.borders):
+            whole[:size, size] = left[:size] / np.linalg.norm(left[:size])
+            whole[size, :size] = right[:size] / np.linalg.norm(right[:size])
+            factors, pivots = lu_factor(whole, check_finite=False)
+            right, left = (lu_solve((factors, pivots), last, trans) for trans in (0, 1))
+        swaps = np.count_nonzero(pivots != np.arange(size + 1))
+        sign = float(np.sign(factors.diagonal()).prod()) * (-1) ** swaps
+        return sign * float(right[size]), -sign * left[:size], right[:size]
 
     def _slope(self, orbits: Orbits, z: Array, tangent: Array) -> Array:
         """Return the derivative of the gradient along a direction, shape (u,)."""
@@ -99,21 +119,6 @@ class Extremal:
             along = _Along(orbits, z, self.output)
             self._known = z, [along.extremum(sign) for sign in WEIGHTS[self.measure]]
         return self._known[1]
-
-    def _branch(self, plain: Linearization, size: int) -> tuple[Array, SquareMatrix]:
-        """Return the unit tangent of the branch, turned so that it is smooth, with its equations.
-
-        With it as their last row these have a positive determinant. Shapes: returns (u,).
-        """
-        holds = np.eye(1, size, size + self._held)
-        above = plain.conditions.gradients
-        gradients = holds if above is None else np.vstack([above, holds])
-        values = np.append(plain.conditions.values, 0.0)
-        branch = replace(plain, conditions=Conditions(values, gradients))
-        # A vector along no axis of anything leaves the kernel if one does.
-        tangent = branch.bordered(np.cos(np.arange(1.0, size + 1))).tangent()
-        bordered = branch.bordered(tangent)
-        return bordered.sign * tangent, bordered
 
 
 @dataclass(frozen=True, eq=False)

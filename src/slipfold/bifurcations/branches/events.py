@@ -1,9 +1,9 @@
-"""The user's events along a branch."""
+"""The user's events along a branch or a locus."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -11,19 +11,45 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Event
 from slipfold.continuation.end import End
-from slipfold.continuation.locate import locate
+from slipfold.continuation.locate import ZERO, locate
 from slipfold.continuation.search import Zeros, slope_at
-from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
+from slipfold.continuation.traced_curve import Found, Monitor, MonitorResult, StepInterval, Stop
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.measures import measure_gradient
-from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
+from slipfold.orbits.uncertainty import SPREAD
 
 
 @dataclass(frozen=True, eq=False)
 class Happened(Found[OrbitPoint]):
     """A user's event that was located."""
 
-    event: Event | None = None
+    event: Event = field(kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """What has which value there, or what is largest or smallest."""
+        if self.event.value is not None:
+            return f"{self.event} = {self.event.value:g}"
+        return f"{EXTREMUM_TYPES[self.type].title} {self.event}"
+
+    def model_of(self, model: Model) -> Model:
+        """Return the model of the point, with exactly the value of a parameter."""
+        event = self.event
+        if event.measure != "parameter" or event.value is None:
+            return model
+        return model.replace(**{event.name: event.value})
+
+    def distance_from(self, again: OrbitPoint) -> float:
+        """Return the arclength by which it moves when its orbit is computed again."""
+        if self.event.value is not None:
+            return ZERO.close
+        rates = [rate_along(each, self.event) for each in (self.point, again)]
+        change = SPREAD * abs(rates[1] - rates[0]) + abs(rates[0])
+        return ZERO.close + change / max(abs(self.slope), 1e-300)
 
 
 def rate_along(point: OrbitPoint, event: Event) -> float:
@@ -36,9 +62,8 @@ def rate_along(point: OrbitPoint, event: Event) -> float:
 class _Watch(Zeros[OrbitPoint]):
     """What events of one kind have in common: each has a function that is zero there."""
 
-    def __init__(self, orbits: Orbits, events: Sequence[Event]) -> None:
-        super().__init__(orbits)
-        self._orbits = orbits
+    def __init__(self, curve: OrbitCurve, events: Sequence[Event]) -> None:
+        super().__init__(curve)
         self._events = events
         self._known: WeakKeyDictionary[OrbitPoint, Array] = WeakKeyDictionary()
 
@@ -69,7 +94,7 @@ class _Watch(Zeros[OrbitPoint]):
                 return float(self.values(point)[index])
 
             if before * after < 0:
-                at = locate(self._orbits, known, a, b, function)
+                at = locate(self.curve, known, a, b, function)
             elif after == 0 != before:
                 at = b
             else:
@@ -84,23 +109,23 @@ class _Watch(Zeros[OrbitPoint]):
         """Record the events; the first that is to stop the branch does."""
         for item in found:
             event = item.event if isinstance(item, Happened) else None
-            if event is not None and event.stop:
+            if event and event.stop:
                 reached = "at an extremum" if event.value is None else f"{event.value:g}"
                 reason = f"stopped as requested: {event.measure} of {event.name} is {reached}"
-                end = End("event", reason, self._orbits.place(item.point.z))
+                end = End("event", reason, self.curve.place(item.point.z))
                 return MonitorResult(found, Stop(item.point, end))
         return MonitorResult(found)
 
 
 class Events(_Watch):
-    """Records where outputs or the parameter take the values requested, or ends the branch."""
+    """Records where outputs or a parameter take the values requested, or ends the curve."""
 
     def _type(self, event: Event, before: float) -> str:
         return "EVENT"
 
     def _measured(self, point: OrbitPoint) -> Array:
         """Return by how much what each event measures exceeds the value requested."""
-        orbits, z, names = self._orbits, point.z, []
+        orbits, z, names = point.curve.orbits, point.z, []
         for event in self._events:
             if event.measure != "parameter" and event.name not in names:
                 names.append(event.name)
@@ -111,14 +136,15 @@ class Events(_Watch):
         for event in self._events:
             assert event.value is not None
             if event.measure == "parameter":
-                result.append(orbits.value(z) - event.value)
+                place = orbits.model.parameter_index(event.name)
+                result.append(float(orbits.vector(z)[place]) - event.value)
             else:
                 result.append(float(extrema.measured(event.measure, event.name)[0]) - event.value)
         return np.array(result)
 
 
 class ExtremaAlong(_Watch):
-    """Records where what events without a value measure has an extremum, or ends the branch."""
+    """Records where what events without a value measure has an extremum, or ends the curve."""
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the extrema between two points.
@@ -133,3 +159,26 @@ class ExtremaAlong(_Watch):
 
     def _measured(self, point: OrbitPoint) -> Array:
         return np.array([rate_along(point, event) for event in self._events])
+
+
+def events_on(curve: OrbitCurve, events: Sequence[Event]) -> list[Monitor[OrbitPoint]]:
+    """Return the monitors that locate events along a curve."""
+    valued = [event for event in events if event.value is not None]
+    extrema = [event for event in events if event.value is None]
+    monitors: list[Monitor[OrbitPoint]] = [Events(curve, valued)] * bool(valued)
+    return [*monitors, *[ExtremaAlong(curve, extrema)] * bool(extrema)]
+
+
+def check_events(events: Sequence[Event], varied: Sequence[str], outputs: Sequence[str]) -> None:
+    """Refuse events on what does not vary, or is no output."""
+    for event in events:
+        if event.measure == "parameter":
+            if event.name not in varied:
+                raise InputError(
+                    f"event on parameter {event.name!r} cannot occur; the response varies "
+                    f"{' and '.join(varied)}"
+                )
+        elif event.name not in outputs:
+            raise InputError(
+                f"no output {event.name!r} for an event; there are {', '.join(outputs)}"
+            )

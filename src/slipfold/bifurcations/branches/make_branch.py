@@ -13,8 +13,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.branch_point import Crossing, find_crossing
-from slipfold.bifurcations.branches.events import Happened, rate_along
-from slipfold.bifurcations.branches.settings import Event
+from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing
 from slipfold.continuation.curve_set import FollowedCurve
@@ -28,7 +27,6 @@ from slipfold.flow.flow import flow_of
 from slipfold.orbits.bifurcation_types import (
     BIFURCATION_TYPES,
     CONTACT_TYPES,
-    EXTREMUM_TYPES,
     PAIRED,
 )
 from slipfold.orbits.continued import locate_marginal_stops
@@ -52,7 +50,7 @@ interval between them shorter than 1e-11 of a period is not distinguished from n
 def describe(found: Found) -> SpecialPoint:
     """Return what was located with its normal form and its uncertainties."""
     orbits = found.point.curve
-    if isinstance(found, Happened) and found.event is not None:
+    if isinstance(found, Happened):
         return _describe_event(orbits, found)
     return describe_bifurcation(orbits, found)
 
@@ -124,22 +122,18 @@ def _form_of(found: Found) -> str | None:
     return "pitchfork" if min(slopes) < BIFURCATION.turning else "transcritical"
 
 
-def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
+def _describe_event(orbits: Orbits, found: Happened) -> SpecialPoint:
     """Return a located user's event."""
     point = found.point
     again, rounding = recomputed(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
-        along = ZERO.close
-        if isinstance(found, Happened) and found.event is not None and found.event.value is None:
-            rates = [rate_along(each, found.event) for each in (point, again)]
-            change = SPREAD * abs(rates[1] - rates[0]) + abs(rates[0])
-            along += change / max(abs(found.slope), 1e-300)
-        moved = abs(again.z[-1] - point.z[-1]) + along * abs(point.tangent[-1]) + rounding
+        along = found.distance_from(again) * abs(point.tangent[-1])
+        moved = abs(again.z[-1] - point.z[-1]) + along + rounding
         multiplier_uncertainty = multiplier_change(
             point.multipliers, again.multipliers, point.monodromy
         )
-    return _uncertain(found, moved * orbits.width, multiplier_uncertainty)
+    return _uncertain(found, float(moved) * orbits.width, multiplier_uncertainty)
 
 
 def bare(found: Found) -> SpecialPoint:
@@ -180,11 +174,8 @@ def _stuck_fraction(found: Found) -> float:
 
 
 def _named(found: Found) -> tuple[str, str]:
-    if isinstance(found, Happened) and found.event is not None:
-        event: Event = found.event
-        if event.value is None:
-            return found.type, f"{EXTREMUM_TYPES[found.type].title} {event}"
-        return "EVENT", f"{event} = {event.value:g}"
+    if isinstance(found, Happened):
+        return found.type, found.name
     if found.type in CONTACT_TYPES:
         return found.type, CONTACT_TYPES[found.type].title
     form = _form_of(found) or "BP"
@@ -423,9 +414,9 @@ def curve_fields(
 
 def point_fields(found: Found[OrbitPoint], orbits: Orbits) -> dict[str, Any]:
     """Return the fields that special points of branches and of loci have in common."""
-    point = found.point
+    point, model = found.point, orbits.model_at(found.point.z)
     return {
-        "model": orbits.model_at(point.z),
+        "model": found.model_of(model) if isinstance(found, Happened) else model,
         "period": orbits.period,
         "multipliers": orbits.multipliers(point),
         "residual": point.residual,

@@ -19,7 +19,7 @@ from slipfold.bifurcations.branches.closed_branches import (
     step_beside_parent,
 )
 from slipfold.bifurcations.branches.ends import BranchEndings
-from slipfold.bifurcations.branches.events import Events, ExtremaAlong, Happened
+from slipfold.bifurcations.branches.events import Happened, check_events, events_on
 from slipfold.bifurcations.branches.homoclinic import Homoclinic, nears_homoclinic
 from slipfold.bifurcations.branches.make_branch import assemble
 from slipfold.bifurcations.branches.progress import branch_progress, searching
@@ -34,7 +34,6 @@ from slipfold.continuation.locate import ZERO
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure, first_point
-from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
@@ -91,17 +90,7 @@ def _checked(
 ) -> tuple[Model, float, float]:
     parameter = model.parameter(vary)
     first, last = interval(parameter, span)
-    outputs = flow_of(model).output_names
-    for event in events:
-        if event.measure == "parameter":
-            if event.name != vary:
-                raise InputError(
-                    f"event on parameter {event.name!r} cannot occur; the response varies {vary}"
-                )
-        elif event.name not in outputs:
-            raise InputError(
-                f"no output {event.name!r} for an event; there are {', '.join(outputs)}"
-            )
+    check_events(events, [vary], flow_of(model).output_names)
     return model.replace(**{vary: first}), first, last
 
 
@@ -156,11 +145,7 @@ class BranchTree(CurveSet[OrbitPoint]):
         if not departs:  # a branch that starts at a branch point closes there
             monitors.append(Returns(orbits, CLOSED))
         monitors.append(Limits(orbits))
-        valued = [event for event in self._events if event.value is not None]
-        extrema = [event for event in self._events if event.value is None]
-        monitors += [Events(orbits, valued)] * bool(valued)
-        monitors += [ExtremaAlong(orbits, extrema)] * bool(extrema)
-        monitors.append(Bifurcations(orbits, self._span))
+        monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
         if orbits.model.forced:
             monitors.append(Undetermined(orbits))
         largest = self._settings.largest_duration

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import Returns, has_image, step_beside_parent
 from slipfold.bifurcations.branches.ends import failure_reason
-from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.events import Happened, check_events, events_on
+from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.stops import Limits, Unresolved
 from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
@@ -49,6 +50,7 @@ from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, FOLLOWED_TYPES, LOCUS_TYPES, PAIRED
 from slipfold.orbits.check import rests
@@ -70,6 +72,7 @@ def trace_locus(
     first_step: float = RULES.first_step,
     watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
+    events: Sequence[Event] = (),
 ) -> TracedCurve[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
     orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
@@ -82,7 +85,7 @@ def trace_locus(
         curve,
         start,
         orbits.bounds(*window),
-        lambda curve: _monitors(curve, settings),
+        lambda curve: _monitors(curve, settings, events),
         settings=settings,
         departs=departs,
         first_step=first_step,
@@ -93,7 +96,9 @@ def trace_locus(
     )
 
 
-def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPoint]]:
+def _monitors(
+    curve: LocusEquations, settings: Settings, events: Sequence[Event]
+) -> list[Monitor[OrbitPoint]]:
     """What is watched along a locus: what ends it early first, what takes longest last."""
     monitors: list[Monitor[OrbitPoint]] = [SwitchingBoundaries(curve), Unresolved(curve)]
     if has_image(curve.orbits):
@@ -102,6 +107,7 @@ def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPo
         *monitors,
         Returns(curve, "the locus closed on itself"),
         Limits(curve),
+        *events_on(curve, events),
         SpecialPoints(curve),
     ]
 
@@ -161,6 +167,7 @@ def follow_loci(
     observer: Observer | None = None,
     switch: bool = True,
     remarks: list[str] | None = None,
+    events: Sequence[Event] = (),
 ) -> tuple[Locus, ...]:
     """Follow the loci of special points in two parameters, each locus once.
 
@@ -172,13 +179,15 @@ def follow_loci(
     vary, window = parse_plane(base, vary, window)
     for point in points:
         _check_point(point, base, vary, window)
+    check_events(events, vary, flow_of(base).output_names)
     largest = 2 * max(point.period for point in points)
     types = LOCUS_TYPES if switch else ()
     settings, remarks = settings or Settings(), [] if remarks is None else remarks
     if not base.forced:  # of its branch, sizes may be those at an end where nothing moves
         sizes = measured_across(base, vary, window).estimated_scales
         points = [replace(point, model=point.model.with_scales(sizes)) for point in points]
-    return follow_found(points, vary, window, settings, observer, types, largest, remarks)
+    given = points, vary, window, settings, observer, types, largest, remarks
+    return follow_found(*given, events=events)
 
 
 def follow_found(
@@ -192,6 +201,7 @@ def follow_found(
     remarks: list[str],
     *,
     through_stick: bool = False,
+    events: Sequence[Event] = (),
 ) -> tuple[Locus, ...]:
     """Follow the loci of special points, each before the next point is requested.
 
@@ -202,7 +212,7 @@ def follow_found(
     refusals: list[InputError] = []
     for point in points:
         given = point.model, vary, window, settings, observer, types, largest_period
-        work = work or _Loci(*given, through_stick=through_stick)
+        work = work or _Loci(*given, through_stick=through_stick, events=events)
         sticks = through_stick and point.stuck_fraction >= 0
         try:
             curve, z = work.taken_up(point)
@@ -276,9 +286,10 @@ class _Loci(CurveSet[OrbitPoint]):
         largest_period: int,
         *,
         through_stick: bool,
+        events: Sequence[Event],
     ) -> None:
         super().__init__()
-        self._through_stick = through_stick
+        self._through_stick, self._events = through_stick, events
         self._base = base
         self._vary = vary
         self._window = window
@@ -332,6 +343,7 @@ class _Loci(CurveSet[OrbitPoint]):
             first_step=start.step,
             watch=watch,
             through_stick=self._through_stick,
+            events=self._events,
         )
         self._lines += 1
         if start.crosses and point is start.points[0]:
@@ -351,6 +363,7 @@ class _Loci(CurveSet[OrbitPoint]):
         starts = [
             replace(start, found=found)
             for found in followed.traced.found
+            if not isinstance(found, Happened)
             for start in _starts(followed.traced.curve, found, self._types, self._settings)
         ]
         curve = followed.traced.curve

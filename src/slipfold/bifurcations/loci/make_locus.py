@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.make_branch import curve_fields, evenly, point_fields
 from slipfold.bifurcations.loci.locus import Locus, LocusPoint
 from slipfold.bifurcations.loci.locus_equations import LocusEquations
@@ -73,6 +74,8 @@ def pair_of(curve: LocusEquations, point: OrbitPoint) -> tuple[float, float]:
 
 
 def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
+    if isinstance(found, Happened):
+        return found.type, found.name
     if found.type in CODIMENSION_TWO:
         return found.type, CODIMENSION_TWO[found.type].title
     if found.type in CONTACT_TYPES:
@@ -106,12 +109,16 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     again, _ = recomputed(curve, point)
     if again is None:
         return np.inf, np.inf
-    change = max(
-        abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
-        for test in tests_of(found.type, point.tests)
-    )
-    along = change / max(abs(found.slope), 1e-300) * np.abs(point.tangent[-2:])
-    moved = (np.abs(again.z[-2:] - point.z[-2:]) + along) * curve.orbits.widths
+    if isinstance(found, Happened):
+        along = found.distance_from(again)
+    else:
+        change = max(
+            abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
+            for test in tests_of(found.type, point.tests)
+        )
+        along = change / max(abs(found.slope), 1e-300)
+    moved = np.abs(again.z[-2:] - point.z[-2:]) + along * np.abs(point.tangent[-2:])
+    moved = moved * curve.orbits.widths
     moved = np.where(np.isnan(moved), np.inf, moved)
     first, second = moved + np.spacing(np.abs(curve.place(point.z)))
     return float(first), float(second)

@@ -318,7 +318,8 @@ def without_repeats(found: Sequence[Found[OrbitPoint]]) -> list[Found[OrbitPoint
 def _are_one(first: Found[OrbitPoint], second: Found[OrbitPoint]) -> bool:
     """Whether two zeros of a function are so near to each other that rounding parts them."""
     gap = abs(first.point.arclength - second.point.arclength)
-    return first.type == second.type and gap < RULES.same_cusp
+    same = getattr(first, "event", None) == getattr(second, "event", None)
+    return same and first.type == second.type and gap < RULES.same_cusp
 
 
 def _two_vectors(point: OrbitPoint) -> bool:
