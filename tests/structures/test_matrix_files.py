@@ -7,6 +7,7 @@ import pytest
 from scipy import sparse
 from scipy.io import hb_write, mmwrite, savemat
 
+import slipfold as sf
 from slipfold import BaseMotion, FrictionContact, InputError, Structure
 
 M = np.diag([1.0, 2.0])
@@ -192,3 +193,28 @@ def test_files_that_cannot_be_read(tmp_path, name, part):
     assert part in message
     assert name in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(("units", "length", "mass"), [
+    ("mm-t-s", 1e-3, 1e3), ("mm-kg-s", 1e-3, 1.0), ("in-lbf-s", 0.0254, 175.12683524647636),
+])  # fmt: skip
+def test_matrices_in_other_units(units, length, mass):
+    # A mass of 3 kg on a spring and a lever of 2 kg m^2 on one, coupled: 40 N/m, 7 N m, 2 N.
+    inertia, stiffness = np.diag([3.0, 2.0]), np.array([[40.0, 2.0], [2.0, 7.0]])
+    energy, scale = mass * length**2, np.diag([length, 1.0])
+    given = [scale @ one @ scale / energy for one in (inertia, 0.1 * stiffness, stiffness)]
+    model = sf.Structure(given[0], given[1], {1: given[2], "s": given[2]}, names="ux7 rz7",
+                         units=units, s=0)  # fmt: skip
+    np.testing.assert_allclose(model.mass_matrix, inertia, rtol=1e-14)
+    np.testing.assert_allclose(model.stiffness_matrix, stiffness, rtol=1e-14)
+    np.testing.assert_allclose(model.replace(s=2).stiffness_matrix, 3 * stiffness, rtol=1e-14)
+    np.testing.assert_allclose(model.damping_matrix, 0.1 * stiffness, rtol=1e-14)
+    assert model.notes[0] == (
+        f"matrices were given in {units} and are converted to SI units; rotations are rz7"
+    )
+    again = sf.Structure.from_tables(model.to_tables())
+    np.testing.assert_allclose(again.stiffness_matrix, stiffness, rtol=1e-14)
+    other = model.replace(elements=sf.CubicSpring("ux7", k3=1))
+    np.testing.assert_allclose(other.stiffness_matrix, stiffness, rtol=1e-14)
+    with pytest.raises(InputError, match="units = 'mm' is not known; give SI, mm-t-s, mm-kg-s, in"):
+        sf.Structure([[1]], None, [[1]], units="mm")

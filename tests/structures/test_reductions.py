@@ -6,6 +6,7 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 import slipfold as sf
+from slipfold import InputError
 
 DAMPING = sf.ProportionalDamping(alpha_M=0.05, beta_K=0.002)
 
@@ -187,3 +188,61 @@ def test_rounding_of_a_fine_beam_is_stated():
     assert abs(report.frequencies[0] / exact - 1) < report.rounding + 1e-5
     assert 1e-7 < report.rounding < 1e-3
     assert "rounding of the stiffness matrix changes the lowest by up to" in str(report)
+
+
+def free_beam(count):
+    """A free beam of cubic elements, of unit length, mass and bending stiffness."""
+    h = 1 / count
+    bend = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+            [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]  # fmt: skip
+    move = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+            [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]  # fmt: skip
+    mass, stiffness = np.zeros((2, 2 * count + 2, 2 * count + 2))
+    for one in range(count):
+        part = slice(2 * one, 2 * one + 4)
+        mass[part, part] += h / 420 * np.array(move)
+        stiffness[part, part] += np.array(bend) / h**3
+    return mass, stiffness, [f"{kind}{at}" for at in range(count + 1) for kind in "wr"]
+
+
+@pytest.mark.parametrize("form", [np.asarray, sparse.csr_array])
+def test_a_fine_free_beam_has_exact_static_shapes(form):
+    mass, stiffness, names = free_beam(120)
+    model = sf.Structure(
+        form(mass), None, form(stiffness), names=names, reduction=sf.FreeInterface(modes=4),
+        forcing=sf.HarmonicForce("w120", F=1),
+    )  # fmt: skip
+    # Without the rigid-body motion the tip of a free beam under a unit force at it and its inertia
+    # moves by 1/105 (L^3/EI): the sum of all modes but the first two.
+    few = model._assembly.reduced.coordinates
+    tip = few.shapes[names.index("w120")]
+    elastic = few.squares > 1
+    flexibility = np.sum(tip[elastic] ** 2 / (few.masses * few.squares)[elastic])
+    assert flexibility == pytest.approx(1 / 105, rel=1e-5)
+
+
+@pytest.mark.parametrize("count", [20, 320])
+def test_a_boundary_that_does_not_hold_a_beam_is_refused(count):
+    mass, stiffness, names = free_beam(count)
+    held = sf.CraigBampton([f"w{count}"], modes=3)
+    with pytest.raises(InputError, match="the boundary does not hold the rest of the structure"):
+        sf.Structure(mass, None, stiffness, names=names, reduction=held)
+
+
+def test_what_may_hide_a_motion_is_named():
+    contact = sf.FrictionContact("a", sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.1), load=1, Vd=0)
+    loose = sf.Structure(np.eye(2), None, [[1, -1], [-1, 1]], names="a b", contacts=contact,
+                         forcing=sf.HarmonicForce("b", F=0.1), f=0.3)  # fmt: skip
+    why = "mode 1 has no stiffness, so that nothing may determine the mean of a, b; add a LinearSp"
+    with pytest.raises(InputError, match=why):
+        sf.periodic_orbit(loose)
+    with pytest.raises(InputError, match=why):
+        sf.response(loose, "f", (0.2, 0.4))
+    with pytest.raises(InputError, match=why):
+        sf.response(loose.replace(forcing=(), Vd=1), "Vd", (0.5, 2))
+    stiff = sf.Structure(np.eye(2), None, np.diag([1.0, 1e10]))
+    assert stiff.advice == (
+        "mode 2 at 1.6e+04 Hz is 1e+10 times as stiff as mode 1 at 0.16 Hz; give "
+        "reduction=ModalReduction(modes=1)"
+    )
+    assert sf.Structure(np.eye(2), None, np.diag([1.0, 1e6])).advice == ""

@@ -227,6 +227,11 @@ class Model(ABC):
         """
 
     @property
+    def advice(self) -> str:
+        """Why a motion may not be found, and the way out, as a clause; empty if not known."""
+        return ""
+
+    @property
     def varied_first(self) -> str | None:
         """Name of the parameter to vary first; None if none stands out."""
         return self.forcing_amplitude

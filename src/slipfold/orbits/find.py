@@ -290,8 +290,8 @@ class _Search:
         if not correction.converged or correction.linearization is None:
             raise InputError(
                 f"no orbit of period {orbits.period} was found for {self.model!r}: "
-                f"{correction.failure}; give a state nearer to it, e.g. the end of a long "
-                "simulation"
+                f"{correction.failure}; "
+                + (self.model.advice or "give a state nearer to it, e.g. the end of a simulation")
             )
         z = correction.z
         # Newton's last derivatives were taken near the orbit: these are its own.

@@ -163,7 +163,7 @@ class FirstOrbit:
         if not correction.converged:
             raise InputError(
                 f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-                f"{correction.failure}; start the span elsewhere"
+                f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
             )
         return orbits, _first_point(orbits, correction, value)
 
@@ -200,8 +200,8 @@ def equilibrium_start(
     if state is None:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}, from the state "
-            f"{near.tolist()} or around it; give a start nearer to one, or start the span "
-            "elsewhere"
+            f"{near.tolist()} or around it; "
+            + (model.advice or "give a start nearer to one, or start the span elsewhere")
         )
     jacobian = evaluation_of(model).jacobian(model, state)
     paced = model.replace(duration=unit_of_time(jacobian))
@@ -211,7 +211,7 @@ def equilibrium_start(
     if not correction.converged:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
-            f"{correction.failure}; start the span elsewhere"
+            f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
         )
     assert correction.bordered is not None  # it converged
     if np.linalg.cond(correction.bordered.matrix) > WORST:

@@ -43,6 +43,7 @@ from slipfold.models.structures.matrices import (
 )
 from slipfold.models.structures.receptance import FullStructure
 from slipfold.models.structures.reduction import Reduced, ReductionReport
+from slipfold.text import listed
 
 MAX_DEGREES = 200
 """Maximum degrees of freedom of a model; larger flows take minutes to compile and to run."""
@@ -260,23 +261,47 @@ class Assembly:
 
     def _refuse_stiff(self) -> None:
         """Refuse a fast mode whose rounding errors hide the slow ones."""
-        if self.definition.reduction is not None or not self.symmetric:
-            return
+        if self.definition.reduction is None and (found := self._stiff(MATRICES.hidden)):
+            what, kept = found
+            raise InputError(
+                f"{what}, which its rounding errors hide; give "
+                f"reduction=ModalReduction(modes={kept}), or a stiffness at most "
+                f"{MATRICES.hidden:g} times as large"
+            )
+
+    def _stiff(self, ratio: float) -> tuple[str, int] | None:
+        """Say which mode is so many times as stiff as the first; and how many modes are below."""
         squares = self.squares
         # What is slower still is a motion without stiffness.
         slow = squares > MATRICES.rounding * self.size * squares[-1]
-        hidden = np.flatnonzero(slow & (squares < squares[-1] / MATRICES.hidden))
-        if not len(hidden):
-            return
+        hidden = np.flatnonzero(slow & (squares < squares[-1] / ratio))
+        if not self.symmetric or not len(hidden):
+            return None
         first, last = hidden[0], self.size - 1
         kept = first + int(np.argmax(np.diff(np.log(squares[first:])))) + 1
-        raise InputError(
+        what = (
             f"mode {last + 1} at {self.frequencies[last]:.2g} Hz is "
             f"{squares[last] / squares[first]:.2g} times as stiff as mode {first + 1} at "
-            f"{self.frequencies[first]:.2g} Hz, which its rounding errors hide; give "
-            f"reduction=ModalReduction(modes={kept}), or a stiffness at most "
-            f"{MATRICES.hidden:g} times as large"
+            f"{self.frequencies[first]:.2g} Hz"
         )
+        return what, kept
+
+    @cached_property
+    def advice(self) -> str:
+        """What its matrices have that may hide a motion, and the way out, as a clause."""
+        squares, shapes = lowest_modes(self.stiffness, self.mass)
+        if self.symmetric and squares[0] <= 10 * MATRICES.rounding * self.size * squares[-1]:
+            moved = np.abs(self.basis @ shapes[:, 0])
+            names = [self.definition.names[at] for at in np.argsort(-moved, kind="stable")]
+            shown = sorted(names[: np.count_nonzero(moved > moved.max() / 2)])
+            return (
+                "mode 1 has no stiffness, so that nothing may determine the mean of "
+                f"{listed(shown)}; add a LinearSpring, or give K a stiffness"
+            )
+        if found := self._stiff(MATRICES.steep):
+            what, kept = found
+            return f"{what}; give reduction=ModalReduction(modes={kept})"
+        return ""
 
     # -- names ---------------------------------------------------------------------------------
 

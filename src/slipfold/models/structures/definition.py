@@ -31,9 +31,11 @@ from slipfold.models.structures.forcing import (
     TabulatedForce,
 )
 from slipfold.models.structures.matrices import (
+    UNITS,
     Matrix,
     as_matrix,
     check_mass,
+    lengths_of,
     require_skew,
     require_symmetric,
 )
@@ -139,6 +141,10 @@ class Definition:
             for name, matrix in matrices.items()
             if isinstance(matrix, Matrix) and matrix.completed
         ]
+        if units := self.K.units:
+            turned = [name for name in self.names if lengths_of(units, [name]) == 1]
+            which = f"; rotations are {listed(turned)}" if turned else ", all along lengths"
+            notes.append(f"matrices were given in {units} and are converted to SI units{which}")
         if self.cyclic is not None:
             notes.append(self.cyclic.note)
         if massless := self.repeated.massless:
@@ -150,9 +156,10 @@ class Definition:
 def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     """Check the arguments of a structure, and part them from the values of their parameters."""
     matrices = _matrices(given)
-    mass, damping = matrices["M"], matrices["C"]
     with about("structure", "names"):
-        names = _checked_names(given["names"], mass.size)
+        names = _checked_names(given["names"], matrices["M"].size)
+    matrices = _in_si(matrices, given, names)
+    mass, damping = matrices["M"], matrices["C"]
     if not isinstance(given["M"], Matrix):  # a matrix that is frozen already was checked before
         with about("structure", "M"):
             check_mass(mass, names)
@@ -205,6 +212,25 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     if whole.massless:
         _check_massless(whole)
     return definition, values
+
+
+def _in_si(
+    matrices: Mapping[str, Any], given: Mapping[str, Any], names: tuple[str, ...]
+) -> dict[str, Any]:
+    """Return the matrices in SI units; those of another structure are already."""
+    units = "SI" if given["units"] is None else given["units"]
+    if not isinstance(units, str) or units not in UNITS:
+        with about("structure", "units"):
+            raise InputError(f"units = {brief(units)} is not known; give {', '.join(UNITS)}")
+    if units == "SI":
+        return dict(matrices)
+    lengths = lengths_of(units, names)
+    return {
+        key: matrix.converted(units, lengths)
+        if isinstance(matrix, Matrix) and not isinstance(given[key], Matrix)
+        else matrix
+        for key, matrix in matrices.items()
+    }
 
 
 def _check_massless(item: Definition) -> None:

@@ -203,6 +203,7 @@ class MatricesTable(Table):
     G: MatrixEntry = None
     H: MatrixEntry = None
     triangles: Any = None
+    units: Any = None
     names: Annotated[Any, BeforeValidator(_names)] = None
     length_scale: Any = 1.0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -34,6 +35,7 @@ class MatrixSettings:
     # Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular
     singular: float = 1e-13
     singular_sparse: float = 1e-11  # the same by Lanczos' method, which is less exact
+    condition: float = 1e14  # of a matrix with unit diagonal, beyond which it is singular
     lanczos: int = 200  # its steps: they find an eigenvalue 0 beside a least one of 1e-3
     # Shift of the search for sparse modes, over a typical squared frequency: with it the matrix to
     # factor is regular though rigid-body modes have no stiffness
@@ -42,6 +44,7 @@ class MatrixSettings:
     wide: float = 1e5
     # Ratio of them at which the smallest is known to four digits at best, so that it is refused
     hidden: float = 1e12
+    steep: float = 1e8  # ratio of them that may be why no motion is found
     # Frequency over the largest one below which a motion is free: it has no relative error
     free: float = 1e-6
     coupled: float = 1e-9  # damping between two modes, over the mean of their own, that is rounding
@@ -49,6 +52,22 @@ class MatrixSettings:
 
 
 MATRICES = MatrixSettings()
+
+
+UNITS = {
+    "SI": (1.0, 1.0),
+    "mm-t-s": (1e-3, 1e3),
+    "mm-kg-s": (1e-3, 1.0),
+    "in-lbf-s": (0.0254, 4.4482216152605 / 0.0254),
+}
+"""Length in m and mass in kg of systems of units with time in s, as matrices are given in them."""
+
+_ROTATION = re.compile(r"(r|rot|th|theta)[xyz](\d+|_\w+)?")
+
+
+def lengths_of(units: str, names: Sequence[str]) -> Array:
+    """Return the units of degrees of freedom in m, 1 for rotations such as ``rx17``, shape (n,)."""
+    return np.array([1.0 if _ROTATION.fullmatch(name) else UNITS[units][0] for name in names])
 
 
 @dataclass(frozen=True)
@@ -62,6 +81,7 @@ class Matrix:
     entries: Array = field(compare=False)  # their values in SI units, shape (nonzeros,)
     digest: bytes = field(init=False, repr=False)
     completed: str = field(default="", compare=False)  # the triangle that was given: lower, upper
+    units: str = field(default="", compare=False)  # those in which it was given, if not SI
     # Formulas of parameters with the matrices that they multiply, which are added to it
     terms: tuple[tuple[str, Matrix], ...] = ()
 
@@ -145,6 +165,17 @@ class Matrix:
         order = np.lexsort((columns, rows))
         given = self.triangle or "one"
         return Matrix(self.size, rows[order], columns[order], entries[order], completed=given)
+
+    def converted(self, units: str, lengths: Array) -> Matrix:
+        """Return the matrix in SI units, by those of the degrees of freedom in m.
+
+        Shapes: lengths (n,).
+        """
+        length, mass = UNITS[units]
+        factor = mass * length**2  # of energies, with time in s
+        entries = self.entries * factor / (lengths[self.rows] * lengths[self.columns])
+        terms = tuple((text, one.converted(units, lengths)) for text, one in self.terms)
+        return replace(self, entries=entries, units=units, terms=terms)
 
     @cached_property
     def asymmetry(self) -> tuple[float, int, int]:
@@ -427,7 +458,8 @@ def frequencies_of(squares: Array) -> Array:
 def solver(matrix: Any, what: str) -> Callable[[Array], Array]:
     """Return a function that solves linear equations with a matrix. Shapes: matrix (n, n)."""
     if isinstance(matrix, np.ndarray):
-        if matrix.size and np.linalg.cond(matrix) > 1e14:
+        scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
+        if matrix.size and np.linalg.cond(matrix * scale[:, None] * scale) > MATRICES.condition:
             raise InputError(what)
         return lambda right: np.asarray(np.linalg.solve(matrix, right))
     from scipy.sparse.linalg import splu

@@ -29,6 +29,10 @@ class ReceptanceSettings:
     between: int = 200
     # Part of a static displacement below which what the kept modes leave of it is rounding
     residual: float = 1e-10
+    # Mass that is added to the stiffness against rigid-body motion, in the lowest squared frequency
+    # above it: the matrix is as regular as that of a structure that is held
+    shift: float = 1e-2
+    corrections: int = 8  # of static displacements for it: each leaves a hundredth of the error
 
 
 RECEPTANCE = ReceptanceSettings()
@@ -150,7 +154,7 @@ class FullStructure:
     def _static(self) -> Callable[[Array], Array]:
         """What returns static displacements for forces that move no rigid body."""
         squares, _, first = self._lowest()
-        added = MATRICES.free * squares[first] if first else 0.0
+        added = RECEPTANCE.shift * squares[first] if first else 0.0
         return solver(
             self.stiffness + added * self.mass,
             "K is singular to rounding, so static displacements cannot be computed; keep modes "
@@ -177,7 +181,8 @@ class FullStructure:
         moved = moved / np.sum(shapes * moved, axis=0)
         rest = self.acting - moved @ (shapes.T @ self.acting)
         answers = self._static(rest)
-        answers += self._static(rest - self.stiffness @ answers)  # without what was added
+        for _ in range(RECEPTANCE.corrections if self.modes.free else 1):
+            answers += self._static(rest - self.stiffness @ answers)  # without what was added
         answers -= shapes @ (moved.T @ answers)
         # Forces along one line have one shape; those that the modes take whole have none.
         work = answers.T @ rest

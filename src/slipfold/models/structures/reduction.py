@@ -301,11 +301,13 @@ class HeldShapes(Shapes):
         self.free = np.setdiff1d(np.arange(full.modes.size), held)
         coupled = _block(full.stiffness, self.free, self.free)
         self.modes = LowestModes(coupled, _block(full.mass, self.free, self.free))
-        solve = solver(
-            coupled,
+        loose = (
             "the boundary does not hold the rest of the structure, which can move without "
-            "force; add degrees of freedom to the boundary",
+            "force; add degrees of freedom to the boundary"
         )
+        if self.modes.free:
+            raise InputError(loose)
+        solve = solver(coupled, loose)
         coupling = _block(full.stiffness, self.free, held)
         self.static = -solve(coupling if isinstance(coupling, np.ndarray) else coupling.toarray())
 

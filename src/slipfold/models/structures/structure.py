@@ -34,6 +34,9 @@ from slipfold.models.unforced import MechanicalModel, Modes
 _PARTS = tuple(item.name for item in fields(Definition))
 """Arguments of the constructor that are not parameter values, and attributes of a definition."""
 
+_READING = ("triangles", "units")
+"""Arguments that say how matrices are read."""
+
 
 class Structure(MechanicalModel):
     r"""A structure from matrices, with elements, friction contacts and periodic forcing.
@@ -93,6 +96,10 @@ class Structure(MechanicalModel):
         What a matrix is that has at most one entry of each mirrored pair: ``"symmetric"`` for one
         triangle of a symmetric matrix, which is completed; ``"whole"`` for a matrix that is taken
         as it is. None completes the triangle in a file, which `notes` says, and refuses an array.
+    units
+        What the matrices are in: ``"SI"``, ``"mm-t-s"`` (mm, t, N), ``"mm-kg-s"`` (mm, kg, mN) or
+        ``"in-lbf-s"``. They are converted; ``rx``, ``ry17`` or ``rotz_pad`` name rotations in rad.
+        All other values are in SI units or have theirs.
     watch
         Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
         with a reduction they show displacements that are not states.
@@ -146,13 +153,14 @@ class Structure(MechanicalModel):
         forcing: Any = (),
         length_scale: float | str = 1.0,
         triangles: str | None = None,
+        units: str | None = None,
         watch: Any = None,
         name: str = "structure",
         title: str = "structure from matrices",
         **values: float | str,
     ) -> None:
         arguments = locals()
-        parts = {key: arguments[key] for key in (*_PARTS, "triangles")}
+        parts = {key: arguments[key] for key in (*_PARTS, *_READING)}
         definition, given = define(parts)
         assembly = assemble(definition)
         notes = (*definition.notes, *assembly.notes)
@@ -179,7 +187,7 @@ class Structure(MechanicalModel):
     def from_toml(cls, source: str | Path) -> Self:
         """Read a structure from a TOML file or text.
 
-        The tables are ``[structure]`` with ``M K C G H triangles names length_scale``,
+        The tables are ``[structure]`` with ``M K C G H triangles units names length_scale``,
         ``[variables]`` with parameters in formulas of matrices, ``[damping]`` and ``[reduction]``
         with their class as ``type`` and its arguments, ``[cyclic]`` with those of a
         `CyclicSymmetry`, one ``[[elements]]``, ``[[contacts]]`` or ``[[forcing]]`` a component,
@@ -301,6 +309,11 @@ class Structure(MechanicalModel):
         return modal_form_of(self._assembly, c, phase)
 
     @property
+    def advice(self) -> str:
+        """What its matrices have that may hide a motion."""
+        return self._assembly.advice
+
+    @property
     def shown(self) -> tuple[str, ...]:
         """Displacements; of a reduced structure those that are outputs, as its modes say little."""
         physical = tuple(name for name, _ in self._assembly.watched)
@@ -355,7 +368,7 @@ class Structure(MechanicalModel):
             New values by name, numbers in SI units or text with a unit; or new parts such as
             ``elements=...``, which come with their values.
         """
-        parts = {name: changes.pop(name) for name in (*_PARTS, "triangles") if name in changes}
+        parts = {name: changes.pop(name) for name in (*_PARTS, *_READING) if name in changes}
         if not parts:
             # Continuation does this at every point: what is put together already is shared.
             changed = object.__new__(type(self))
