@@ -81,6 +81,51 @@ def legend(explorer):
     return explorer.page.get_by_label("Lines and areas of the plane").locator("li")
 
 
+def point_of(explorer, kind):
+    """Where in the plane a point of codimension two is on the screen."""
+    x, y = explorer.page.evaluate(
+        "([selector, kind]) => { const node = document.querySelector(selector);"
+        " const { xaxis, yaxis, margin, width, height } = node.layout;"
+        " const { x, y, text } = node.data.find(({ mode }) => mode === 'markers+text');"
+        " const i = text.indexOf(kind); const box = node.getBoundingClientRect();"
+        " const share = (value, [low, high]) => (value - low) / (high - low);"
+        " return [box.x + margin.l"
+        "  + share(x[i], xaxis.range) * (width - margin.l - margin.r),"
+        "  box.y + margin.t + (1 - share(y[i], yaxis.range)) * (height - margin.t - margin.b)]; }",
+        [f"{PLANE} .plot-canvas", kind],
+    )
+    return x, y
+
+
+def test_a_point_of_codimension_two_says_what_it_means_and_leads_to_both_sides(plane):
+    page = plane.page
+    page.evaluate("scrollTo(0, 0)")
+    x, y = point_of(plane, "GPD")
+    page.mouse.move(x, y)
+    told = page.locator(".under-pointer")
+    expect(told).to_contain_text("Generalized period doubling on the PD of period 1")
+    page.mouse.click(x, y)
+    card = page.get_by_role("dialog", name="Point of codimension two")
+    expect(card).to_contain_text("Here the PD changes from supercritical to subcritical")
+    with plane.redrawn():
+        card.get_by_role("button", name="f =").first.click()
+    expect(card).to_be_hidden()
+    expect(page.get_by_label("Vary to")).to_have_value("0.3")
+    assert plane.specials()[0].startswith("PD")
+    assert plane.specials()[0].endswith("subcritical")  # below the point
+    page.mouse.click(x, y)
+    with plane.redrawn():
+        card.get_by_role("button", name="f =").last.click()
+    assert plane.specials()[0].endswith("supercritical")
+
+
+def test_a_motion_at_the_ring_is_told_beside_the_plane(plane):
+    plane.page.get_by_role("button", name="Simulate at the ring").click()
+    plane.page.mouse.move(5, 5)
+    told = plane.page.locator(".under-pointer")
+    expect(told).to_contain_text(re.compile("At the ring, from rest: .*settled"))
+
+
 def test_loci_are_drawn_before_regions_and_explained(watched):
     explorer, early = watched
     page, shown = explorer.page, legend(explorer)

@@ -22,7 +22,7 @@ from slipfold.interface.explorer.plain import Emit, axis_of, number, short, with
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO
 from slipfold.parameter_space.measurement import Measurement
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
@@ -31,7 +31,7 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.records import provenance
 from slipfold.results.study import StudyResult
 from slipfold.studies.plan import Grid
-from slipfold.text import certain
+from slipfold.text import certain, listed
 
 
 def checked_view(checked: Checked | None) -> dict[str, Any] | None:
@@ -237,7 +237,39 @@ def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
         "x": number(point.values[0]),
         "y": number(point.values[1]),
         "sentence": f"{name} on the {locus.type} of period {locus.period} at {', '.join(position)}",
+        "meaning": meaning_of(point.type),
     }
+
+
+MULTIPLIERS = {1.0: "1", -1.0: "-1", "pair": "a pair on the unit circle"}
+EIGENVALUES = {1.0: "0", "pair": "an imaginary pair"}
+"""What is critical, in words."""
+
+
+def meaning_of(type_: str) -> str:
+    """Return what happens at a type of point of codimension two.
+
+    >>> meaning_of("GPD")
+    'Here the PD changes from supercritical to subcritical. LP loci start here.'
+    """
+    if type_ not in CODIMENSION_TWO:
+        return ""
+    kind = CODIMENSION_TWO[type_]
+    changed = [name for name, item in BIFURCATION_TYPES.items() if type_ in item.sign_changes]
+    if len(kind.critical) > 1:
+        is_equilibrium = "HB" in kind.through or type_ == "HH"
+        names = EIGENVALUES if is_equilibrium else MULTIPLIERS
+        words = "eigenvalues" if is_equilibrium else "multipliers"
+        text = f"Critical {words}: {listed(names[each] for each in kind.critical)}."
+    elif changed:
+        text = f"Here the {changed[0]} changes from supercritical to subcritical."
+    elif kind.critical == ("pair",):
+        text = f"The critical multipliers are exp(±2πi/{type_[1:]})."
+    else:
+        text = "Two folds meet and end."
+    starting = listed(dict.fromkeys(name for name, _ in kind.emanating))
+    crossing = f" {listed(kind.through)} loci pass through it." if kind.through else ""
+    return f"{text}{crossing}" + (f" {starting} loci start here." if starting else "")
 
 
 def _regions(regions: RegionMap) -> dict[str, Any]:

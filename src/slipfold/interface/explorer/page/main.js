@@ -65,8 +65,8 @@ function build(models, study, { view: given, sentence }) {
   const diagram = new DiagramPlot(session, measurements, sweep);
   const orbits = new OrbitPanel(session);
   const regimes = new Regimes(session);
-  const plane = new PlanePlot(session, regimes);
   const simulation = new Simulation(session);
+  const plane = new PlanePlot(session, regimes, simulation);
   const simulations = new SimulationPanel(session, simulation, sweep, diagram, orbits);
   const tour = new Tour(session, { simulation });
   const page = { dialog, say };
@@ -102,7 +102,7 @@ function build(models, study, { view: given, sentence }) {
       pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node))],
       new DiagramControls(session).node, diagram.node,
       element("div", { class: "foot" }, pins.legend, new SpecialPoints(session).node), keyHelp()),
-    plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, menus.plane.node], planeControls.node,
+    plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, plane.simulate, menus.plane.node], planeControls.node,
       element("div", { class: "plane-body" }, plane.node, element("div", { class: "plane-side" },
         plane.legend.node, plane.pointed.node, regimes.node))),
     orbit: panel("orbit", "Orbit", [orbits.title, menus.orbit.node], orbits.node),

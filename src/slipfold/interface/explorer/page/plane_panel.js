@@ -3,10 +3,10 @@
 import { Choice, element, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { lineStyle, nameOf, regimeKeys, regionColor } from "./plane_plot.js";
-import { display } from "./quantities.js";
+import { display, withUnit } from "./quantities.js";
 import { Signal } from "./store.js";
 import { colors } from "./theme.js";
-import { planeRequest, spanOf } from "./view.js";
+import { inside, planeRequest, spanOf, withVaried } from "./view.js";
 
 export class Regimes {
   /** The element to put on the page. */
@@ -161,6 +161,58 @@ function sample({ color, width, dash }) {
 
 function distinct(keys) {
   return [...new Map(keys.map((key) => [key.name, key])).values()];
+}
+
+/** How far beside a point of codimension two the diagrams lie that show what changes, over the window. */
+const BESIDE = 0.06;
+
+export class PointCard {
+  /** The element to put on the plot. */
+  node = element("div", { class: "point-card", role: "dialog", "aria-label": "Point of codimension two", hidden: true });
+  #session;
+
+  constructor(session) {
+    this.#session = session;
+    this.node.addEventListener("pointerdown", (event) => event.stopPropagation());
+    this.node.addEventListener("keydown", (event) => event.key === "Escape" && this.hide());
+  }
+
+  /**
+   * Tell what a point means, with ways to the diagrams on both sides of it.
+   * @param {{x: number, y: number, sentence: string, meaning: string}} point
+   * @param {[number, number]} at where it is on the plot, in pixels
+   */
+  show(point, [px, py]) {
+    const { x } = this.#session.view.plane;
+    const side = (sign) => {
+      const value = inside(point.x + sign * BESIDE * (x.span[1] - x.span[0]), x.span);
+      return element("button", { type: "button", class: "small-button", on: { click: () => this.#go(value, point.y) } },
+        `${x.name} = ${withUnit(this.#session.quantity(x.name), Number(value.toPrecision(4)))}`);
+    };
+    this.node.replaceChildren(
+      element("p", {}, `${point.sentence}.`), element("p", {}, point.meaning),
+      element("div", { class: "sentence" }, element("span", {}, "Diagrams beside it:"), side(-1), side(1),
+        element("button", { type: "button", class: "quiet", on: { click: () => this.hide() } }, "Close")));
+    const { clientWidth } = this.node.parentElement;
+    this.node.style.transform = `translate(${Math.max(Math.min(px - 40, clientWidth - 270), 4)}px, ${py > 150 ? `calc(${py - 12}px - 100%)` : `${py + 12}px`})`;
+    this.node.hidden = false;
+  }
+
+  /** Take it away. */
+  hide() {
+    this.node.hidden = true;
+  }
+
+  /** Draw the diagram along the ordinate at a value of the abscissa. */
+  #go(value, y) {
+    const { view, store } = this.#session;
+    const { plane } = view;
+    this.hide();
+    store.commit({
+      ...withVaried(view, plane.y.name, plane.y.span),
+      parameters: { ...view.parameters, [plane.x.name]: value, [plane.y.name]: inside(y, plane.y.span) },
+    });
+  }
 }
 
 /** What is said when its computation is stopped, by what is drawn. */

@@ -3,7 +3,7 @@
 import { escaped } from "./diagram_data.js";
 import { CheckedLine } from "./diagram_panel.js";
 import { element } from "./dom.js";
-import { PlaneLegend, shadesOf } from "./plane_panel.js";
+import { PlaneLegend, PointCard, shadesOf } from "./plane_panel.js";
 import { CONFIG, frame, labelPlaces, layout, mapping, padded, roundStep, snapped } from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
 import { colors, themeChanged, typeScale } from "./theme.js";
@@ -214,7 +214,7 @@ function regionPlaces(regions, frame) {
 
 /** Names of a region that take less room: its periods alone. */
 function shorter(stable) {
-  return stable.length > 1 ? [stable.join(" and "), stable.join("+")] : [];
+  return stable.length > 1 ? [stable.join(" and "), stable.join("+")] : stable.map(String);
 }
 
 /** The middle of a box within a region, around which there is most of the region. */
@@ -259,19 +259,21 @@ function middle(centers, place) {
 class UnderPointer {
   /** The element to put on the page. */
   node = element("p", { class: "under-pointer" });
+  simulated = "";
 
   /**
-   * Tell of a place; null tells nothing.
+   * Tell of a place; null tells how a simulation at the working point went, if there is one.
    * quantities of both axes, their values in SI units, the plane's answer and the picture of regimes
    */
   show(place) {
-    this.node.textContent = place ? sentence(place) : "";
+    this.node.textContent = place ? sentence(place) : this.simulated;
   }
 }
 
-function sentence({ x, y, at, shown, picture }) {
+function sentence({ x, y, at, shown, picture, point, line }) {
+  if (point) return `${point.sentence}; click it for what it means.`;
   const values = [x, y].map((axis, i) => `${axis.label ?? axis.name} = ${withUnit(axis, Number(at[i].toPrecision(4)))}`);
-  const known = [...regimeAt(picture, at), ...regionAt(shown?.regions, at)];
+  const known = [...(line ? [line] : []), ...regimeAt(picture, at), ...regionAt(shown?.regions, at)];
   return `${values.join(", ")}${known.length ? ": " : ""}${known.join("; ")}`;
 }
 
@@ -287,6 +289,37 @@ function regimeAt(picture, at) {
   return number ? [`motion from the start: ${picture.names[number - 1]}`] : [];
 }
 
+/**
+ * The point of codimension two or the name of the locus at a pixel.
+ * @param {(x: number, y: number) => [number, number]} pixelOf a place in SI units
+ */
+function meetAt(plane, pixelOf, [px, py]) {
+  if (!plane) return {};
+  const gap = (x, y) => {
+    const [qx, qy] = pixelOf(x, y);
+    return Math.hypot(qx - px, qy - py);
+  };
+  const point = markedPoints(plane).find(({ x, y }) => gap(x, y) < REACH);
+  if (point) return { point };
+  for (const locus of plane.loci) {
+    for (const { criticality, x, y } of locus.segments) {
+      for (let i = 0; i + 1 < x.length; i++) {
+        const ends = [pixelOf(x[i], y[i]), pixelOf(x[i + 1], y[i + 1])];
+        if (distance(ends, [px, py]) < REACH) return { line: nameOf(locus, criticality) };
+      }
+    }
+  }
+  return {};
+}
+
+/** The distance of a point from a line between two others. */
+function distance([[ax, ay], [bx, by]], [px, py]) {
+  const length = (bx - ax) ** 2 + (by - ay) ** 2;
+  const share = length && ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length;
+  const inner = Math.min(Math.max(share, 0), 1);
+  return Math.hypot(ax + inner * (bx - ax) - px, ay + inner * (by - ay) - py);
+}
+
 /** The label of the cell in which a place lies. */
 function cellOf(labels, first, second, [x, y]) {
   return labels[nearest(second, y)][nearest(first, x)];
@@ -299,6 +332,9 @@ function nearest(values, value) {
 }
 
 const KEY_STEPS = 100;
+
+/** Pixels within which the pointer is on a point or a line. */
+const REACH = 7;
 
 /** What the ring moves by when it is dragged, over the window. */
 const FINE = 0.001;
@@ -319,6 +355,9 @@ export class PlanePlot {
   #canvas = element("div", { class: "plot-canvas" });
   #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #point;
+  /** The button that shows what a motion at the working point does. */
+  simulate;
+  #card;
   #session;
   #regimes;
   /** What is drawn: the server's answer, or as much of it as has come. */
@@ -329,16 +368,25 @@ export class PlanePlot {
   #map = null;
   #frame = 0;
 
-  constructor(session, regimes) {
+  constructor(session, regimes, simulation) {
     this.#session = session;
     this.#regimes = regimes;
+    this.#card = new PointCard(session);
+    this.simulate = element("button", {
+      type: "button", class: "small-button", title: "Simulate from rest at the working point, the ring",
+      on: { click: () => simulation.fromRest() },
+    }, "Simulate at the ring");
+    simulation.changed.subscribe(({ view, verdict }) => {
+      this.pointed.simulated = view && verdict ? `At the ring, from rest: ${verdict}` : "";
+      this.pointed.show(null);
+    });
     regimes.changed.subscribe(() => this.#schedule());
     this.#point = element("button", {
       type: "button", class: "working-point", "aria-label": "Working point", hidden: true,
       title: "The working point: drag it, or move it with the arrow keys",
       on: { keydown: (event) => this.#key(event) },
     });
-    this.node.append(this.#canvas, this.#draft, this.#point);
+    this.node.append(this.#canvas, this.#draft, this.#point, this.#card.node);
     session.planeChanged.subscribe((change) => this.#changed(change));
     session.store.changed.subscribe(({ view, before }) => {
       if (view.model !== before.model || !view.plane) this.#shown = null;
@@ -470,14 +518,26 @@ export class PlanePlot {
     }
     const { x, y, fx, fy } = this.#axes();
     const [a, b] = this.#map.toData(...pixel);
-    this.pointed.show({ x, y, at: [a / fx, b / fy], shown: this.#shown, picture: this.#regimes.picture });
+    const met = this.#meetAt(pixel);
+    this.pointed.show({ x, y, at: [a / fx, b / fy], shown: this.#shown, picture: this.#regimes.picture, ...met });
+  }
+
+  #meetAt(pixel) {
+    const { fx, fy } = this.#axes();
+    return meetAt(this.#shown, (x, y) => this.#map.toPixel(x * fx, y * fy), pixel);
   }
 
   #grab(event) {
     if (!this.#map || event.button !== 0 || !this.#session.view.plane) return;
     const box = this.node.getBoundingClientRect();
     const at = ({ clientX, clientY }) => [clientX - box.left, clientY - box.top];
+    this.#card.hide();
     if (!this.#map.isInside(...at(event))) return;
+    const { point } = event.target === this.#point ? {} : this.#meetAt(at(event));
+    if (point) {
+      this.#card.show(point, at(event));
+      return;
+    }
     event.preventDefault();
     this.#point.focus({ preventScroll: true });
     this.node.setPointerCapture(event.pointerId);
