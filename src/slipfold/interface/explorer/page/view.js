@@ -116,7 +116,8 @@ export function diagramRequest(view, parameters = view.parameters) {
 
 /** The request for a motion that is swept along the diagram of a view. */
 export function sweepRequest(view) {
-  return { ...diagramRequest(view), kind: "sweep" };
+  const { also: _, ...request } = diagramRequest(view);
+  return { ...request, kind: "sweep" };
 }
 
 /** The request for an orbit on the diagram of a view. */
