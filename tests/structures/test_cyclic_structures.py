@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import slipfold as sf
 from slipfold import CyclicSymmetry, FrictionContact, HarmonicForce, InputError, Structure
+from slipfold.models.structures.receptance import FullStructure
 
 SPRING = np.array([[1.0, -1.0], [-1.0, 1.0]])
 LAW = sf.Regularized(sf.Coulomb(mu_k=0.2), e=0.3)
@@ -227,3 +229,44 @@ MISTAKES = {
 def test_mistakes(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("sectors", [5, 6])
+def test_a_reduction_takes_matrices_of_one_sector(sectors):
+    mass, stiffness = sector()
+    options = {"forcing": HarmonicForce("c", F=1), "contacts": FrictionContact("d", LAW, 0.1, Vd=0)}
+    band = {"up_to": 0.35, "accuracy": 1e-3}
+    few = Structure(mass, None, stiffness, names="a b c d e f", **options,
+                    cyclic=CyclicSymmetry(sectors, 1, "a b", "e f"),
+                    reduction=sf.FreeInterface(**band))  # fmt: skip
+    ring = few._assembly.reduced.full
+    exact = FullStructure(whole(mass, sectors), whole(stiffness, sectors), ring.acting, ring.acting)
+    squares, shapes = ring.modes.first(9)
+    np.testing.assert_allclose(exact.stiffness @ shapes, exact.mass @ shapes * squares, atol=1e-12)
+    np.testing.assert_allclose(squares, exact.modes.first(9)[0], rtol=1e-11)
+    even = np.linspace(0.05, 0.35, 5)
+    np.testing.assert_allclose(ring._exact(even), exact._exact(even), rtol=1e-9, atol=1e-9)
+    count = 5 + int(np.isclose(squares[4], squares[5]))  # both waves of a pair
+    residual, known = (one.residual_shapes(count) for one in (ring, exact))
+    work = [part @ np.linalg.lstsq(part, exact.acting, rcond=None)[0] for part in (residual, known)]
+    np.testing.assert_allclose(*work, atol=1e-9)
+    assert few.reduction_report.receptance_error < 1e-3
+
+
+def test_large_sectors_need_no_large_matrix():
+    # A string of 900 masses on each hub: sparse, with a wave in each of seven nodal diameters.
+    count, sectors = 900, 12
+    hub, tip = 300.0 * SPRING, 1e3 * (2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1))
+    stiffness = np.zeros((count + 1, count + 1))
+    stiffness[:-1, :-1] = tip
+    stiffness[np.ix_([0, count], [0, count])] += hub
+    model = Structure(
+        sparse.diags_array(np.append(np.ones(count), 0.0)), None, sparse.csr_array(stiffness),
+        names=[*(f"q{at}" for at in range(count)), "next"],
+        cyclic=CyclicSymmetry(sectors, 5, "q0", "next"), reduction=sf.ModalReduction(up_to=0.025),
+    )  # fmt: skip
+    by_wave = model.diameter_frequencies(2)
+    twice = np.repeat(by_wave, [1, 2, 2, 2, 2, 2, 1], axis=0).ravel()
+    kept = model.natural_frequencies
+    np.testing.assert_allclose(kept, np.sort(twice)[: len(kept)], rtol=1e-8)
+    assert len(kept) == 12

@@ -28,6 +28,8 @@ from slipfold.models.structures.component import (
     weighted_sum,
 )
 from slipfold.models.structures.contacts import FrictionContact
+from slipfold.models.structures.cyclic import Sectors
+from slipfold.models.structures.cyclic_modes import CyclicStructure
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.inertia import Inertia
@@ -124,7 +126,12 @@ class Assembly:
         ]
         watched = [self._vector(direction) for _, direction in self._watched_directions()]
         columns = (np.array(rows).reshape(len(rows), item.M.size).T for rows in (acting, watched))
-        full = FullStructure(item.M.array(), item.K.array(), *columns)
+        whole, given = (item.M.array(), item.K.array()), self.given
+        if given.cyclic is None:
+            full = FullStructure(*whole, *columns)
+        else:
+            sectors = Sectors(given.cyclic, given.names)
+            full = CyclicStructure(sectors, (given.M, given.K), whole, *columns)
         return item.reduction._apply(full, item.names)
 
     def _retain(self) -> None:

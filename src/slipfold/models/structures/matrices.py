@@ -506,7 +506,7 @@ def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
     from scipy.sparse.linalg import eigsh
 
     def modes_from(shift: float) -> tuple[Array, Array]:
-        start = np.ones(mass.shape[0])
+        start = np.ones(mass.shape[0], dtype=stiffness.dtype)
         squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, which="LM", v0=start)
         order = np.argsort(squares)
         return squares[order], shapes[:, order]

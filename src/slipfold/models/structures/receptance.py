@@ -37,6 +37,9 @@ class ReceptanceSettings:
 
 RECEPTANCE = ReceptanceSettings()
 
+Solve = Callable[[Any], Any]
+"""What solves linear equations. Shapes: (n, a) to (n, a)."""
+
 
 class LowestModes:
     """The lowest modes of two matrices, computed as far as they are needed."""
@@ -53,8 +56,11 @@ class LowestModes:
             dense = isinstance(self._mass, np.ndarray)
             # Few modes cost as much as twice as many, and the next are often needed.
             several = self.most if dense else min(max(2 * len(self._squares), count), self.most)
-            self._squares, self._shapes = lowest_modes(self._stiffness, self._mass, several)
+            self._squares, self._shapes = self._compute(several)
         return self._squares[:count], self._shapes[:, :count]
+
+    def _compute(self, count: int) -> tuple[Array, Array]:
+        return lowest_modes(self._stiffness, self._mass, count)
 
     @property
     def free(self) -> int:
@@ -66,7 +72,7 @@ class LowestModes:
     def rounding(self) -> float:
         """Size of rounding errors of squared circular frequencies of rigid-body modes."""
         squares, shapes = self.first(min(self.most, 8))
-        masses = np.sum(shapes * (self._mass @ shapes), axis=0)
+        masses = np.sum(shapes.conj() * (self._mass @ shapes), axis=0).real
         sums = np.sum(np.abs(shapes) * (abs(self._stiffness) @ np.abs(shapes)), axis=0) / masses
         # Full matrices have the rounding errors of their fastest mode; all modes are known then.
         largest = max(sums.max(), 4.0 * self._squares[-1])
@@ -151,15 +157,19 @@ class FullStructure:
         )
 
     @cached_property
-    def _static(self) -> Callable[[Array], Array]:
+    def _static(self) -> Solve:
         """What returns static displacements for forces that move no rigid body."""
         squares, _, first = self._lowest()
         added = RECEPTANCE.shift * squares[first] if first else 0.0
-        return solver(
-            self.stiffness + added * self.mass,
+        return self._solver(
+            added,
             "K is singular to rounding, so static displacements cannot be computed; keep modes "
             "alone with ModalReduction",
         )
+
+    def _solver(self, added: float, what: str) -> Solve:
+        """Return what solves equations with the stiffness and a part of the mass."""
+        return solver(self.stiffness + added * self.mass, what)
 
     def residual_shapes(self, count: int) -> Array:
         r"""Return what the modes from `count` on add to the static displacement for each force.
@@ -222,19 +232,23 @@ class FullStructure:
             errors.append(likely / np.maximum(own[:, a, b], typical[a, b]))
         return max(float(part.max(initial=0.0)) for part in errors)
 
+    def _displacements(self, turned: float, loss: float) -> Complex:
+        """Return displacements at a squared circular frequency for unit forces, shape (n, s)."""
+        return solved(self.stiffness * (1 + 1j * loss) - turned * self.mass, self.directions)
+
     def _exact(self, frequencies: Array) -> Complex:
         """Return receptances by solutions with the whole matrices, shape (f, s, s)."""
         for frequency in frequencies:
             if frequency not in self._receptances:
                 turned = (2 * math.pi * frequency) ** 2
-                matrix = self.stiffness * (1 + 1j * RECEPTANCE.loss) - turned * self.mass
-                answer = self.directions.T @ _solved(matrix, self.directions)
+                answer = self.directions.T @ self._displacements(turned, RECEPTANCE.loss)
                 self._receptances[frequency] = answer
         size = self.directions.shape[1]
         return np.array([self._receptances[one] for one in frequencies]).reshape(-1, size, size)
 
 
-def _solved(matrix: Any, right: Array) -> Complex:
+def solved(matrix: Any, right: Array) -> Complex:
+    """Solve linear equations once. Shapes: matrix (n, n), right (n, a)."""
     if isinstance(matrix, np.ndarray):
         return np.linalg.solve(matrix, right.astype(complex))
     from scipy.sparse.linalg import splu
