@@ -10,7 +10,7 @@ from helpers.dry_friction import belt, sliding
 from slipfold.interface.explorer.messages import MotionRequest, SimulationRequest
 from slipfold.interface.explorer.motions import ROUNDS, send_motion
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import Solutions, orbit_view, send_simulation
+from slipfold.interface.explorer.trajectories import KeptTrajectories, orbit_view, send_simulation
 
 CHAIN = """
 name = "chain"
@@ -67,7 +67,7 @@ def test_a_belt_carries_a_mass_as_simulate_says():
 
 
 def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
-    model, solutions = sf.Structure.from_toml(CHAIN), Solutions()
+    model, solutions = sf.Structure.from_toml(CHAIN), KeptTrajectories()
     last = last_message(model, solutions, periods=600)
     motion, sections = sf.simulate(model), last["sections"]
     assert motion.periods > PAGE.columns >= sections["count"] > PAGE.columns / 2
@@ -131,7 +131,7 @@ def test_a_motion_that_goes_on_is_one_motion():
 def views(model, outputs, solutions=None, **options):
     request = MotionRequest(kind="motion", id=1, model=model.name, outputs=outputs, **options)
     pieces = []
-    send_motion(model, request, pieces.append, lambda: None, solutions or Solutions())
+    send_motion(model, request, pieces.append, lambda: None, solutions or KeptTrajectories())
     return pieces[-1]
 
 

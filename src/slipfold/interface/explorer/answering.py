@@ -44,7 +44,7 @@ from slipfold.interface.explorer.sounds import send_sound
 from slipfold.interface.explorer.sweeps import send_sweep
 from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
-    Solutions,
+    KeptTrajectories,
     orbit_view,
     send_exponents,
     send_simulation,
@@ -73,7 +73,7 @@ class Answering:
         self._catalogue = catalogue
         self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._nearest: dict[Hashable, Diagram] = {}
-        self._solutions = Solutions()
+        self._solutions = KeptTrajectories()
 
     def warm_up(self) -> None:
         """Compile or load the flows of the first model, so that the first request does not wait.

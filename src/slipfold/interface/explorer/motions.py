@@ -13,7 +13,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import MotionRequest
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, number, short
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import Solutions
+from slipfold.interface.explorer.trajectories import KeptTrajectories
 from slipfold.long_term.spectrum import Spectrum, find_spectrum
 from slipfold.models.model import Model
 
@@ -28,7 +28,7 @@ LEVEL = 1e-9
 
 
 def send_motion(
-    model: Model, request: MotionRequest, emit: Emit, check: Check, solutions: Solutions
+    model: Model, request: MotionRequest, emit: Emit, check: Check, solutions: KeptTrajectories
 ) -> None:
     """Send views of the end of a simulation; what has no value in places is left out."""
     for name in request.outputs:

@@ -15,7 +15,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SoundRequest
 from slipfold.interface.explorer.motions import steady_spectrum
 from slipfold.interface.explorer.plain import Check, Emit, axis_of
-from slipfold.interface.explorer.trajectories import Solutions
+from slipfold.interface.explorer.trajectories import KeptTrajectories
 from slipfold.models.model import Model
 
 
@@ -38,7 +38,7 @@ SOUND = SoundSettings()
 
 
 def send_sound(
-    model: Model, request: SoundRequest, emit: Emit, check: Check, solutions: Solutions
+    model: Model, request: SoundRequest, emit: Emit, check: Check, solutions: KeptTrajectories
 ) -> None:
     """Send the end of a simulation as sound: one response to be repeated, or some seconds."""
     axis_of(model, request.output)  # before what takes time

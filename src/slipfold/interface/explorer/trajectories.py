@@ -118,7 +118,7 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
 TOLERANCE = default_of(simulate, "tolerance")
 
 
-class Solutions:
+class KeptTrajectories:
     """The trajectories that were integrated last: views of one do not integrate it again."""
 
     def __init__(self) -> None:
@@ -155,10 +155,10 @@ def send_simulation(
     request: SimulationRequest,
     emit: Emit,
     check: Check = lambda: None,
-    solutions: Solutions | None = None,
+    solutions: KeptTrajectories | None = None,
 ) -> None:
     """Integrate a solution; send how far it is, and at its end what is drawn of it."""
-    result = (solutions or Solutions()).of(model, request, emit, check)
+    result = (solutions or KeptTrajectories()).of(model, request, emit, check)
     # Apart, so that a page draws one and hears its reader before it draws the other.
     advised = min(10 * result.periods, MOST_PERIODS)
     ended = result.settlement.settled or result.stopped is not None
