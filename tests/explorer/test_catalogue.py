@@ -4,11 +4,14 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import slipfold as sf
+from helpers.dry_friction import FORCED_SLIDER
+from helpers.explorer_models import RAYLEIGH
 from slipfold import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import parse_request
@@ -59,6 +62,29 @@ def test_a_belt_in_text_is_first_shown_where_it_moves():
     assert view["span"] == pytest.approx([0.0003, 0.6])
     diagram = sf.response(belt, "Vd", view["span"])
     assert diagram.branches[0].stopped.kind == "span"
+
+
+def test_a_model_that_vibrates_by_itself_is_first_shown_where_it_begins_to():
+    view = Catalogue(sf.System.from_toml(RAYLEIGH)).describe()[0]["default"]
+    assert (view["vary"], view["span"]) == ("eps", [-0.5, 1.0])
+    # Three masses: the load makes steady sliding unstable far below its own value.
+    K = [[200.0, -100, 0], [-100, 200, -100], [0, -100, 100]]
+    law = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.4)
+    contact = sf.FrictionContact("c", law, load=10.0, Vd=0.5)
+    chain = sf.Structure(np.eye(3), 2e-4 * np.array(K), K, names="a b c", contacts=contact)
+    view = Catalogue(chain).describe()[0]["default"]
+    assert (view["vary"], view["span"][1]) == ("Ns", 20)
+    points = sf.response(chain, view["vary"], (1.5, view["span"][0])).special
+    assert "HB" in {item.point.type for item in points}
+
+
+def test_no_slider_goes_where_a_law_does_not():
+    belt = sf.System.from_toml(
+        FORCED_SLIDER.replace('"0.6"', '"mu"').replace("F = 0.6", "F = 0.6, mu = 0.5")
+    )
+    sliders = {item["name"]: item["low"] for item in Catalogue(belt).describe()[0]["parameters"]}
+    assert sliders["mu"] == pytest.approx(0.3, abs=1e-3)
+    belt.replace(mu=sliders["mu"])
 
 
 def test_a_model_called_as_a_built_in_one_is_described_by_its_own_parameters():

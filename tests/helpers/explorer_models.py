@@ -30,6 +30,15 @@ Vd = "2 m/s"
 """
 """The structure of the README: nothing forces it."""
 
+RAYLEIGH = """
+name = "rayleigh"
+parameters = { omega = 1.0, eps = 0.5 }
+[states]
+x = "v"
+v = "eps*v*(1 - v^2) - omega^2*x"
+"""
+"""An oscillator that vibrates by itself; at eps = 0 there are cycles of every amplitude."""
+
 MANY = [f"parameter_{number}" for number in range(70)]
 
 UNUSUAL = f"""

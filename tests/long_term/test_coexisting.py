@@ -5,6 +5,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER
+from helpers.explorer_models import RAYLEIGH
 from slipfold.long_term import coexisting
 from slipfold.long_term.coexisting import STAGE
 from slipfold.long_term.verified import ATTRACTOR
@@ -199,15 +200,6 @@ def test_an_orbit_is_a_further_start():
     assert "has other parameters than the response" in reasons[0]
     assert "outside the span" in reasons[1]
     assert reasons[1] in diagram.summary()
-
-
-RAYLEIGH = """
-name = "rayleigh"
-parameters = { omega = 1.0, eps = 0.5 }
-[states]
-x = "v"
-v = "eps*v*(1 - v^2) - omega^2*x"
-"""
 
 
 def test_gaps_are_filled_with_the_cycle_that_no_hopf_point_leads_to():

@@ -7,7 +7,8 @@ import pytest
 from playwright.sync_api import expect
 
 import slipfold as sf
-from helpers.explorer_page import DIAGRAM, ORBIT, PLANE
+from helpers.explorer_models import RAYLEIGH
+from helpers.explorer_page import DIAGRAM, ORBIT, PLANE, ExplorerPage, served
 
 UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent !== first"
 """Whether the server has taken the request for the plane: it tells of progress, or is done."""
@@ -94,3 +95,19 @@ def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):
         explorer.type("Vd", 0.7)
     expect(curve).to_have_css("opacity", "1")
     expect(explorer.page.locator("#orbit .stage")).to_have_css("opacity", "1")
+
+
+def test_a_model_that_vibrates_by_itself_opens_on_its_cycle(context, tmp_path):
+    case = tmp_path / "rayleigh.toml"
+    case.write_text(RAYLEIGH)
+    with served(case, workers=1) as address:
+        explorer = ExplorerPage(context.new_page(), address).open("model=rayleigh")
+        title = explorer.page.locator("#orbit-title")
+        expect(title).to_contain_text("eps = 0.5: cycle of 6.381\u202fs (0.1567\u202fHz), stable")
+        assert explorer.specials()[0] == "HB 0"
+        # Cycles of every amplitude at eps = 0 leave the scale to the others.
+        assert explorer.ranges()[3] < 2
+        explorer.open("model=rayleigh&vary=omega&span=0.2~2")
+        expect(title).to_contain_text("omega = 1: cycle of 6.381")
+        explorer.page.close()
+        assert explorer.faults == []

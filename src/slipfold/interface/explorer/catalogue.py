@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import re
-import tomllib
 from collections.abc import Callable, Mapping
-from functools import cache, lru_cache, partial
-from importlib.resources import files
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError, suggest
 from slipfold.flow.modes import contacts_of
+from slipfold.interface.explorer.first_views import chosen_span, first_view, slider_range
 from slipfold.interface.explorer.messages import UNNAMED, ViewRequest
 from slipfold.interface.explorer.plain import axis_of
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import built_in_models, model_of_text
@@ -151,36 +148,21 @@ def _described(name: str, model: Model) -> dict[str, Any]:
 
 
 def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
-    vary = first.get("vary") or model.varied_first or model.variable_parameters[0].name
+    vary, span = first.get("vary"), first.get("span")
+    if vary is None or span is None:
+        vary, span = chosen_span(model)
     return {
         "vary": vary,
-        "span": first.get("span") or _span(model, vary),
+        "span": span,
         "show": first.get("show") or model.shown[0],
         "statistic": "max",
         "parameters": {},
     }
 
 
-def _span(model: Model, vary: str) -> list[float]:
-    """Return a span about the value of a parameter, from above zero if nothing slides there."""
-    value = model.values[vary]
-    low, high = _around(model.variable_parameter(vary), value)
-    if _followed(model) and not _followed(model.replace(**{vary: low})):
-        low += PAGE.margin * (abs(value) or 1.0)
-    return [low, high]
-
-
-def _followed(model: Model) -> bool:
-    try:
-        check_followed(model)
-    except InputError:
-        return False
-    return True
-
-
 def _parameter(model: Model, item: Parameter, first: Mapping[str, Any]) -> dict[str, Any]:
     value = model.values[item.name]
-    low, high = first["sliders"].get(item.name) or _around(item, value)
+    low, high = first["sliders"].get(item.name) or slider_range(model, item.name)
     low, high = min(low, value), max(high, value)
     return {
         **axis_of(model, item.name),
@@ -192,46 +174,3 @@ def _parameter(model: Model, item: Parameter, first: Mapping[str, Any]) -> dict[
         "low": low,
         "high": high,
     }
-
-
-def _around(item: Parameter, value: float) -> tuple[float, float]:
-    """Ends of a slider: around the value, within the bounds of what is allowed."""
-    size = abs(value) or 1.0
-    low, high = (-math.pi, math.pi) if item.unit == "rad" else (value - size, value + size)
-    margin = PAGE.margin * min(size, item.upper - item.lower)
-    low = max(low, item.lower + margin if item.lower_open else item.lower)
-    high = min(high, item.upper - margin if item.upper_open else item.upper)
-    return low, high
-
-
-def first_view(model: Model) -> dict[str, Any]:
-    """Return the first view of a model.
-
-    It is declared for built-in models. A user's model may have the same name and other parameters:
-    entries of a parameter that is not the same are left out.
-
-    >>> from slipfold.models.system import System
-    >>> own = System(name="duffing", parameters={"a": 1}, states={"q": "a - q"})
-    >>> first_view(own)
-    {'sliders': {}, 'show': 'q'}
-    """
-    known = _known().get(model.name)
-    if known is None:
-        return {"sliders": {}}
-    named = {item.name: item for item in built_in_models()[model.name]().variable_parameters}
-    same = {item.name for item in model.variable_parameters if named.get(item.name) == item}
-    sliders = known.get("sliders", {})
-    result = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}
-    if known["vary"] in same:
-        result |= {"vary": known["vary"], "span": known["span"]}
-    if known["show"] in {item.name for item in model.states}:
-        result["show"] = known["show"]
-    if "plane" in known and {axis["name"] for axis in known["plane"].values()} <= same:
-        result["plane"] = known["plane"]
-    return result
-
-
-@cache
-def _known() -> Mapping[str, Any]:
-    text = (files("slipfold.interface.explorer") / "first_view.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)

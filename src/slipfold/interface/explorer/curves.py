@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO
 from slipfold.parameter_space.measurement import Measurement
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
+from slipfold.results.curves import ROUNDING
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.records import provenance
@@ -47,7 +48,14 @@ def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
     return {
         "x": axis_of(model, diagram.vary),
         "y": {**axis_of(model, show), "statistic": statistic},
-        "branches": [_branch(branch, show, statistic) for branch in diagram.branches],
+        "branches": [
+            {
+                **_branch(branch, show, statistic),
+                "started": _end(branch.started, diagram.span, None),
+                "stopped": _end(branch.stopped, diagram.span, branch),
+            }
+            for branch in diagram.branches
+        ],
         "checked": checked_view(diagram.checked),
         "unfollowed": [without_options(why) for why in diagram.unfollowed],
     }
@@ -79,8 +87,6 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
             for point in branch.special
             if point.type in BIFURCATION_TYPES
         ],
-        "started": _end(branch, "started"),
-        "stopped": _end(branch, "stopped"),
     }
 
 
@@ -116,20 +122,16 @@ def _sentence(point: SpecialPoint) -> str:
     return text[0].upper() + text[1:]
 
 
-def _end(branch: Branch, which: str) -> dict[str, Any]:
-    end = branch.started if which == "started" else branch.stopped
+def _end(end: End, span: tuple[float, float], branch: Branch | None) -> dict[str, Any]:
+    """Return an end as plain data; of a last one also what lies beyond."""
+    takes_long = "not followed farther here, since it takes long; the copied Python does"
+    interrupted = end.kind == "interrupted"
     return {
         "kind": end.kind,
-        "reason": _reason(end),
-        "value": number(end.value),
-        "beyond": _beyond(branch) if which == "stopped" and end.kind == "failed" else None,
+        "reason": takes_long if interrupted else without_options(end.reason),
+        "value": number(certain(end.value, ROUNDING * max(map(abs, span)))),
+        "beyond": _beyond(branch) if branch is not None and end.kind == "failed" else None,
     }
-
-
-def _reason(end: End) -> str:
-    if end.kind == "interrupted":
-        return f"not followed farther within {PAGE.filling:g} s; the copied Python follows it"
-    return without_options(end.reason)
 
 
 def _beyond(branch: Branch) -> dict[str, Any] | None:
@@ -160,8 +162,8 @@ def diagram_note(progress: Progress) -> dict[str, Any]:
 class GapsProgress:
     """The progress of a response; an observer of its computation.
 
-    What is known before gaps are filled is shown, and they are filled for no longer than a reader
-    waits.
+    What is known before gaps are filled is shown. Branches are followed for no longer than a
+    reader waits: then they end where they are.
     """
 
     def __init__(
@@ -174,18 +176,19 @@ class GapsProgress:
         self._observer = observer
         self._about = model.replace(**{request.vary: request.span[0]}), request.vary, request.span
         self._show = show
-        self._end: float | None = None
+        self._end = process_time() + PAGE.following
+        self._fills = False
 
     def __call__(self, progress: Progress) -> None:
         """Take a note of the computation."""
         self._observer(progress)
-        if progress.stage == "gaps" and self._end is None:
-            self._end = perf_counter() + PAGE.filling
+        if progress.stage == "gaps" and not self._fills:
+            self._fills, self._end = True, process_time() + PAGE.filling
             branches = progress.values["branches"]
             if branches and self._show is not None:
                 known = Diagram(*self._about, branches, Settings(), (), provenance(0.0))
                 self._show(known)
-        if self._end is not None and progress.stage != "checks" and perf_counter() > self._end:
+        if progress.stage != "checks" and process_time() > self._end:
             raise KeyboardInterrupt
 
 

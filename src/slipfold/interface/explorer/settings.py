@@ -20,8 +20,9 @@ class PageSettings:
     texts: int = 16  # models made of texts that are stored: a page undoes a few steps at once
     margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value
     starts: int = 8  # starts of further branches of a diagram: each takes as long as the response
-    # Seconds for branches beyond those of the response: a reader sees these meanwhile
+    # Seconds of a processor for branches beyond those of the response, which are seen meanwhile
     filling: float = 5.0
+    following: float = 20.0  # seconds of a processor for the branches of the response
     diagrams: int = 16  # diagrams stored, each below a megabyte
     solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states
     # Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six

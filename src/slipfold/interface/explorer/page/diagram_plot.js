@@ -214,7 +214,11 @@ export class DiagramPlot {
 
   *#values(diagram) {
     for (const answer of [diagram, ...this.#session.pins.values()]) {
-      for (const branch of answer.branches) yield* branch.y;
+      // A family of cycles, as around a center, has every amplitude: it is seen as far as the others.
+      const isBounded = ({ stopped }) => stopped.kind !== "family";
+      const seen = answer.branches.some((branch) => isBounded(branch) && hasHeight(branch))
+        ? answer.branches.filter(isBounded) : answer.branches;
+      for (const branch of seen) yield* branch.y;
     }
     yield* this.#simulated?.y ?? [];
     yield* this.#sweep.places.map(({ y }) => y);
@@ -379,6 +383,10 @@ export class DiagramPlot {
 }
 
 /** Traces as they are, or as what is not yet certain. */
+function hasHeight({ y }) {
+  return Math.max(...y) > Math.min(...y);
+}
+
 function faint(traces, isFaint = false) {
   return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
 }

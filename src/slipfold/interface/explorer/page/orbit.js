@@ -350,8 +350,9 @@ function titleOf(answer, place, vary, isForced) {
   }
   const largest = (values) => formatted(Math.max(0, ...values.map(([re, im]) => Math.hypot(re, im))), 4);
   if (isForced) return `${at}: period ${answer.period}, ${kind}; largest multiplier ${largest(answer.multipliers)}`;
-  const cycle = `cycle of ${formatted(answer.t.at(-1) - answer.t[0])}\u202fs`;
-  return `${at}: ${cycle}, ${kind}; largest multiplier besides 1: ${largest(withoutOne(answer.multipliers))}`;
+  const duration = answer.t.at(-1) - answer.t[0];
+  const cycle = `cycle of ${formatted(duration)}\u202fs (${formatted(1 / duration)}\u202fHz)`;
+  return `${at}: ${cycle}, ${kind}; largest other multiplier ${largest(withoutOne(answer.multipliers))}`;
 }
 
 /** Multipliers of a cycle but that of its own direction, which is one. */
