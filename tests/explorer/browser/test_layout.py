@@ -110,6 +110,14 @@ SCREEN = """
   .map(({ top, right, bottom }) => [top >= 0, right <= innerWidth, bottom <= innerHeight])
 """
 
+APART = """
+() => {
+  const [plot, side, next] = ["#plane .plot", ".plane-side", "#simulation"]
+    .map((selector) => document.querySelector(selector).getBoundingClientRect());
+  return Math.max(plot.bottom, side.bottom) < next.top;
+}
+"""
+
 ORDER = """
 () => ["#diagram .plot", "#orbit .stage", "#parameters", "#plane", "#simulation", "#basins"]
   .map((selector) => document.querySelector(selector).getBoundingClientRect())
@@ -121,6 +129,8 @@ def test_a_laptop_shows_curves_mechanism_and_sliders_and_a_phone_stacks_them(sti
     rest = still.page.viewport_size
     still.page.set_viewport_size({"width": 1366, "height": 768})
     assert still.page.evaluate(SCREEN) == [[True] * 3] * 5
+    still.page.set_viewport_size({"width": 1280, "height": 720})
+    assert still.page.evaluate(APART)
     still.page.set_viewport_size({"width": 400, "height": 800})
     wide = still.page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
     places = still.page.evaluate(ORDER)

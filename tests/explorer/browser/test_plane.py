@@ -123,7 +123,7 @@ def test_a_motion_at_the_ring_is_told_beside_the_plane(plane):
     plane.page.get_by_role("button", name="Simulate at the ring").click()
     plane.page.mouse.move(5, 5)
     told = plane.page.locator(".under-pointer")
-    expect(told).to_contain_text(re.compile("At the ring, from rest: .*settled"))
+    expect(told).to_contain_text(re.compile("At the ring: .*settled"))
 
 
 def test_loci_are_drawn_before_regions_and_explained(watched):

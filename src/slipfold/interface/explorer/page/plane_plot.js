@@ -377,7 +377,7 @@ export class PlanePlot {
       on: { click: () => simulation.fromRest() },
     }, "Simulate at the ring");
     simulation.changed.subscribe(({ view, verdict }) => {
-      this.pointed.simulated = view && verdict ? `At the ring, from rest: ${verdict}` : "";
+      this.pointed.simulated = view && verdict ? `At the ring: ${verdict.split(/[:;]/)[0]}` : "";
       this.pointed.show(null);
     });
     regimes.changed.subscribe(() => this.#schedule());
