@@ -180,6 +180,13 @@ def test_isolas_lie_on_the_ridge():
     assert bottom - 1e-9 <= height.min() < height.max() <= top + 1e-9
 
 
+def test_a_peak_has_gradients():
+    (point,) = peaks(LINEAR, "W", (0.6, 1.4))
+    found = sf.gradients(point)
+    assert found["D"] == pytest.approx(-2 * 0.1 / np.sqrt(0.98), rel=1e-6)
+    assert found["F"] == pytest.approx(0, abs=1e-10)
+
+
 def test_events_on_a_locus_of_folds():
     folds = sf.response(model_named("duffing"), "W", (0.5, 1.8)).special
     level, height = sf.Event("F", 0.2, "parameter"), sf.Event("q", 3.0)

@@ -39,18 +39,18 @@ def checked_forced(model: Model, consequence: str = NO_PHASE) -> Model:
     return model
 
 
-def checked_point(given: Any) -> SpecialPoint:
-    """Return the special point given, or raise; it must have a locus."""
+def checked_point(given: Any, types: Sequence[str] = LOCUS_TYPES) -> SpecialPoint:
+    """Return the special point given, or raise; it must be of some types that have loci."""
     point = given.point if isinstance(given, Labeled) else given
     if not isinstance(point, SpecialPoint):
         raise InputError(
             f"point = {given!r} is no special point; give one of a diagram's, e.g. "
             "diagram.special[0]"
         )
-    if point.type not in LOCUS_TYPES:
+    if point.type not in types:
         raise InputError(
             f"a special point of type {point.type} has no gradients; give one of type "
-            f"{', '.join(LOCUS_TYPES)}"
+            f"{', '.join(types)}"
         )
     return point
 

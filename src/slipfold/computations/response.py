@@ -52,6 +52,7 @@ from slipfold.options import (
     Tori,
     Vary,
 )
+from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
 from slipfold.orbits.find import attractor_from, may_slip, orbit_near, periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
@@ -599,7 +600,7 @@ def gradients(point: Point) -> dict[str, float]:
     """
     from slipfold.bifurcations.loci.gradients import threshold_gradients
 
-    result = threshold_gradients(checked_point(point))
+    result = threshold_gradients(checked_point(point, FOLLOWED_TYPES))
     assert result is not None
     return result
 

@@ -48,7 +48,7 @@ def crossing_values(plain: Linearization) -> Array:
 def crossing_conditions(orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
     """Return those numbers with their gradients, each a second derivative along one direction."""
     psi, kernel = _crossing(plain)
-    gradients = [psi @ slope_along(orbits, z, direction) for direction in kernel]
+    gradients = [psi @ _along(orbits, z, direction) for direction in kernel]
     return Conditions(crossing_values(plain), np.array(gradients) / _size(plain))
 
 
@@ -85,7 +85,7 @@ def _size(plain: Linearization) -> float:
     return float(np.hypot(1.0, np.linalg.norm(plain.jacobian)))
 
 
-def slope_along(orbits: Orbits, z: Array, direction: Array) -> Array:
+def _along(orbits: Orbits, z: Array, direction: Array) -> Array:
     """Return the derivative of the Jacobian along a direction."""
     length = float(np.linalg.norm(direction))
     step = DIFFERENCED / length * direction
@@ -243,15 +243,18 @@ def hopf_cycle(
     method: Callable[[Array], Cut] = lambda jacobian: Shooting,
     *,
     pair: int = 0,
+    frequency: float | None = None,
 ) -> Emanating:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of emanating cycles.
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
-    derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis.
+    derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis;
+    a frequency in rad/s tells one of several that are equally near.
     """
     unit, jacobian = orbits.unit(z), orbits.jacobian(z)
     values, vectors = np.linalg.eig(jacobian)
-    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argsort()[pair])
+    away = np.abs(values.real if frequency is None else values - 1j * frequency * unit)
+    critical = int(np.where(values.imag > 0, away, np.inf).argsort()[pair])
     turn = 2 * np.pi / float(values[critical].imag)
     paced = orbits.model.replace(duration=unit * turn)
     child = Cycles(paced, orbits.varied, by=method(jacobian * turn))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.orbits.critical import slope_along
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.switched_shooting import DIFFERENCED
@@ -21,6 +20,11 @@ class MeasureSettings:
     exact: float = 1e-13  # phases to which it is located: the derivatives have as many digits
     # Phases beside it at which derivatives are taken: the error goes with the square
     aside: float = 1e-7
+    # The same where no corner can lie between, and derivatives are differenced: seven digits
+    apart: float = 3e-5
+    # Step of differences of smooth derivatives, in scaled variables; near a narrow resonance second
+    # derivatives change within a thousandth
+    step: float = 3e-5
     borders: int = 3  # times that a system is bordered anew: twice suffice
 
 
@@ -72,8 +76,8 @@ class Extremal:
         """
         gradient = self.gradient(orbits, z)
         value, left, right = self._least(plain, gradient)
-        slope = left[: orbits.size] @ slope_along(orbits, z, right)[: orbits.size]
-        slope = slope + left[-1] * self._slope(orbits, z, right) / np.linalg.norm(gradient)
+        weight = float(left[-1] / np.linalg.norm(gradient))
+        slope = self._bent(orbits, z, left, right, weight)
         return Conditions(np.array([value]), slope[None])
 
     def _least(self, plain: Linearization, gradient: Array) -> tuple[float, Array, Array]:
@@ -97,21 +101,33 @@ class Extremal:
             right, left = (lu_solve((factors, pivots), last, trans) for trans in (0, 1))
         swaps = np.count_nonzero(pivots != np.arange(size + 1))
         sign = float(np.sign(factors.diagonal()).prod()) * (-1) ** swaps
-        return sign * float(right[size]), -sign * left[:size], right[:size]
+        # The row that holds a parameter has no part in this unit: others may be held instead.
+        unit = float(np.linalg.norm(np.delete(left[:size], size - 2)))
+        return sign * float(right[size]) / unit, -sign * left[:size] / unit, right[:size]
 
-    def _slope(self, orbits: Orbits, z: Array, tangent: Array) -> Array:
-        """Return the derivative of the gradient along a direction, shape (u,)."""
-        sides = [_Along(orbits, z + way * DIFFERENCED * tangent, self.output) for way in (1, -1)]
-        pairs = zip(WEIGHTS[self.measure].items(), self._extrema(orbits, z), strict=True)
-        result = np.zeros(len(z))
-        for (sign, weight), known in pairs:
-            if known.is_smooth:
-                ahead, behind = (side.gradient_at(known.phase) for side in sides)
-                result += weight * known.moved(tangent)
-            else:
-                ahead, behind = (side.extremum(sign).gradient for side in sides)
-            result += weight * (ahead - behind) / (2 * DIFFERENCED)
-        return result
+    def _bent(self, orbits: Orbits, z: Array, left: Array, right: Array, weight: float) -> Array:
+        """Return the derivative of the rows' sum with weights, along the right vector, shape (u,).
+
+        Extrema that move smoothly are not searched again: their phase goes with the rate.
+        """
+        known = self._extrema(orbits, z)
+        smooth = all(item.is_smooth for item in known)
+        pairs = list(zip(WEIGHTS[self.measure].items(), known, strict=True))
+
+        def rows(step: float) -> Array:
+            there = z + step * right
+            along, size = _Along(orbits, there, self.output), orbits.size
+            found = [
+                share * (along.gradient_at(item.phase) if smooth else along.extremum(sign).gradient)
+                for (sign, share), item in pairs
+            ]
+            whole = left[:size] @ orbits.linearize(there).jacobian[:size]
+            return np.asarray(whole + weight * np.sum(found, axis=0))
+
+        step = SEARCH.step if smooth else DIFFERENCED
+        result = (rows(step) - rows(-step)) / (2 * step)
+        moved = [share * item.moved(right) for (_, share), item in pairs if smooth]
+        return result + weight * np.sum(moved, axis=0)
 
     def _extrema(self, orbits: Orbits, z: Array) -> list[_Extremum]:
         """Return minimum and maximum, as far as they matter, found once for each place in turn."""
@@ -127,13 +143,13 @@ class _Extremum:
 
     phase: float
     gradient: Array  # its derivatives by the unknown, shape (u,)
-    change: Array  # what they differ by on both sides, shape (u,)
+    change: Array  # what they differ by at two phases beside it, shape (u,)
     turn: float  # what the rate of the output differs by there
-    is_smooth: bool  # whether no change of contacts and no node can lie between them
+    is_smooth: bool  # whether no change of contacts and no node can lie between
 
     def moved(self, direction: Array) -> Array:
         """Return the change of the gradient by the phase, which moves along a direction."""
-        rates = self.change / (2 * SEARCH.aside)
+        rates = self.change / (2 * SEARCH.apart)
         return np.asarray(
             -rates * (self.change @ direction) / self.turn if self.turn else 0 * rates
         )
@@ -150,14 +166,15 @@ class _Along:
     def extremum(self, sign: int) -> _Extremum:
         """Return the minimum (-1) or maximum (1)."""
         phase = self._phase_of(sign)
-        around = phase + np.array([-SEARCH.aside, SEARCH.aside])
-        rows, speeds = self._rows(around)
+        around = phase + np.array([-SEARCH.apart, 0.0, SEARCH.apart])
+        if self._by.smooth and np.ptp(self._by.before(around)[0]) == 0:
+            rows, speeds = self._rows(around)
+            change, turn = rows[2] - rows[0], float(speeds[2] - speeds[0])
+            return _Extremum(phase, rows[1], change, turn, True)
+        rows, speeds = self._rows(phase + np.array([-SEARCH.aside, SEARCH.aside]))
         turns = speeds[0] * speeds[1] < 0
         weights = np.abs(speeds[::-1]) / np.abs(speeds).sum() if turns else np.full(2, 0.5)
-        turn = float(speeds[1] - speeds[0])
-        first, second = self._by.before(around)[0].tolist()
-        smooth = self._by.smooth and first == second
-        return _Extremum(phase, np.asarray(weights @ rows), rows[1] - rows[0], turn, smooth)
+        return _Extremum(phase, np.asarray(weights @ rows), rows[1] - rows[0], 0.0, False)
 
     def gradient_at(self, phase: float) -> Array:
         """Return the derivatives at a phase, shape (u,)."""

@@ -19,7 +19,7 @@ from slipfold.errors import InputError, suggest
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.coexisting import gaps_between
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, LOCUS_TYPES
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, FOLLOWED_TYPES
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.checks.checked import Checked
@@ -112,7 +112,7 @@ class Branches(CurveList):
                 name: float(fields["gradients"][model.parameter_index(name)])
                 for name in sensitive_to(model, vary)
             }
-            fields["gradients"] = found if fields["type"] in LOCUS_TYPES else None
+            fields["gradients"] = found if fields["type"] in FOLLOWED_TYPES else None
         point = SpecialPoint(
             model=self.model_of(result, fields, [fields["value"]]), vary=vary, **fields
         )

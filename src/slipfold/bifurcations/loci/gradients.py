@@ -9,11 +9,12 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
+from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus_equations import RULES
 from slipfold.bifurcations.loci.start import as_unknown, on_a_mesh
 from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.bifurcation_types import LOCUS_TYPES
+from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
 from slipfold.orbits.critical import Critical, crossing_gap
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
@@ -34,7 +35,7 @@ def threshold_gradients(
 
     None of what has no locus; NaN where no derivative exists or the orbit is not found again.
     """
-    if point.type not in LOCUS_TYPES:
+    if point.type not in FOLLOWED_TYPES:
         return None
     names = sensitive_to(point.model, point.vary)
     if not names:
@@ -60,7 +61,7 @@ def _gradients(point: SpecialPoint, names: tuple[str, ...], settings: Settings) 
         z[-2] = point.model.values[name] / plane[name]
         if crossing:  # its equations depend on the plane; in some the branches are parted
             weights = _crossing_weights(beside, z)
-        moved = -float(weights @ column_of(Critical(beside, point.type).linearize(z), OTHER))
+        moved = -float(weights @ column_of(equations_of(beside, point).linearize(z), OTHER))
         gradients[name] = moved * plane[point.vary] / plane[name] + 0.0
     return gradients
 
@@ -75,10 +76,10 @@ def solved(
 ) -> tuple[Orbits, Correction]:
     """Return a special point as it solves its equations; the other parameter is held."""
     orbits, z = as_unknown(point, point.model, plane, settings)
-    found = corrected(Critical(orbits, point.type), z, OTHER, settings)
+    found = corrected(equations_of(orbits, point), z, OTHER, settings)
     if not found.converged and orbits.by.smooth and orbits.kind == "periodic":
         orbits, z = on_a_mesh(orbits, point)
-        found = corrected(Critical(orbits, point.type), z, OTHER, settings)
+        found = corrected(equations_of(orbits, point), z, OTHER, settings)
     if not found.converged or found.distance > RULES.moved:
         raise ValueError(found.failure or "the equations lead to another point")
     return orbits, found
