@@ -120,3 +120,12 @@ def test_a_law_is_chosen_and_its_coefficient_follows_the_sliders(explorer):
     assert explorer.slider("vs_front").count() == 1
     page.keyboard.press("Control+z")
     expect(explorer.slider("vs_rear")).to_have_count(1)
+
+
+def test_a_link_with_a_text_that_is_no_model_says_so(explorer):
+    explorer.open(urlencode({"model": "own", "text": "[states]\nq = 'v'\n"}))
+    alert = explorer.page.get_by_role("alert")
+    expect(alert).to_contain_text("The model of this link cannot be used: line 2, column 6: there")
+    explorer.faults.clear()  # browsers note a refused request
+    explorer.open("model=duffing")
+    expect(alert).to_have_count(0)

@@ -1,5 +1,6 @@
 """Every built-in model, and models of a user's kind, go through every panel and every way out."""
 
+import re
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -34,6 +35,9 @@ def test_every_model_goes_through_every_panel(explorer, name):
     explorer.open(
         urlencode({"model": f"own {name}", "text": own.read_text()} if own else {"model": name})
     )
+    # The text of a link is built first.
+    expect(page.locator("header select")).to_have_value(f"own {name}" if own else name)
+    expect(page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
     alert = page.get_by_role("alert")
     expect(alert).to_have_count(0)
     assert explorer.traces()
@@ -52,6 +56,16 @@ def test_every_model_goes_through_every_panel(explorer, name):
         plane.click()
     expect(page.locator(PLANE)).to_be_hidden()
     assert alert.all_inner_texts() == []
+    if own:
+        page.get_by_role("button", name="Torus or chaos?").click()
+        expect(page.locator(".exponents strong")).not_to_be_empty()
+        page.get_by_role("button", name="Compute the basins").click()
+        expect(page.locator(".basins-plot")).to_have_attribute("data-points", re.compile(r"\d"))
+        page.get_by_role("button", name="Edit the model").click()
+        page.get_by_role("button", name="Equations").click()
+        expect(page.locator(".equations td")).not_to_have_count(0)
+        page.get_by_role("button", name="Text", exact=True).click()
+        page.get_by_role("button", name="Close the editor").click()
     ways_out = [] if name in OFTEN else ["diagram", "orbit", "simulation"]
     for panel in ways_out:
         leave(page, panel)

@@ -76,7 +76,7 @@ def _of_structure(model: Structure) -> list[LawInPlace]:
         own = assembly.own_values(item, model.values)
         names = {name: contact._parameter_name(name) for name in contact.law.values}
         path = ("contacts", str(place), "friction")
-        name = contact.name or f"contact {place + 1}"
+        name = contact.name or "contact"
         result.append(LawInPlace(name, contact._law_with(own), path, own["Vd"], names))
     return result
 
