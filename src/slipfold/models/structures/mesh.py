@@ -154,6 +154,37 @@ class Mesh(OneLine):
             cells = _cells(Path(elements), {name: place for place, name in enumerate(nodes)})
         return cls(tuple(nodes), np.array(points).reshape(-1, 3), tuple(cells), directions)
 
+    def around(self, sectors: int, axis: str = "z") -> Mesh:
+        """Return the mesh of equal sectors, of which this is one.
+
+        Parameters
+        ----------
+        sectors
+            Their number; each is turned by a part of a revolution from the one before.
+        axis
+            The axis x, y or z about which.
+
+        Returns
+        -------
+        Mesh
+            Nodes of the others end in ``_s1``, ``_s2`` and so on.
+
+        Raises
+        ------
+        InputError
+            For another axis.
+        """
+        turns = turns_about(axis, sectors)
+        size = len(self.nodes)
+        names = (f"{name}_s{at}" if at else name for at in range(sectors) for name in self.nodes)
+        cells = (
+            (kind, tuple(size * at + place for place in places))
+            for at in range(sectors)
+            for kind, places in self.cells
+        )
+        points = np.vstack([self.points @ turn.T for turn in turns])
+        return Mesh(tuple(names), points, tuple(cells), self.directions)
+
     def faces(self) -> list[tuple[int, ...]]:
         """Return the nodes around each face that is not between two elements, and lines.
 
@@ -208,6 +239,20 @@ class Mesh(OneLine):
         rows = zip(self.nodes, self.points, strict=True)
         lines = [[node, *map(number_text, point)] for node, point in rows]
         return PrintedTable(["node", *(f"{axis} (m)" for axis in AXES)], lines)
+
+
+def turns_about(axis: str, sectors: int) -> Array:
+    """Return the rotations about an axis from one sector to each, shape (sectors, 3, 3)."""
+    if axis not in AXES:
+        raise InputError(f"axis = {axis!r} is none; give x, y or z")
+    first = AXES.index(axis)
+    a, b = (first + 1) % 3, (first + 2) % 3
+    angles = 2 * np.pi * np.arange(sectors) / sectors
+    turns = np.tile(np.eye(3), (sectors, 1, 1))
+    turns[:, a, a] = turns[:, b, b] = np.cos(angles)
+    turns[:, b, a] = np.sin(angles)
+    turns[:, a, b] = -turns[:, b, a]
+    return turns
 
 
 def _table(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:

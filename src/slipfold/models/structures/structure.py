@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import (
     Source,
@@ -25,7 +25,7 @@ from slipfold.models.structures.cyclic import Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
 from slipfold.models.structures.matrices import frequencies_of, lowest_modes
-from slipfold.models.structures.mesh import Mesh, MeshShapes
+from slipfold.models.structures.mesh import Mesh, MeshShapes, turns_about
 from slipfold.models.structures.modal import modal_form_of
 from slipfold.models.structures.outputs import outputs_of
 from slipfold.models.structures.reduction import ReductionReport
@@ -443,7 +443,9 @@ class Structure(MechanicalModel):
         moved = moved / np.where(largest == 0, 1.0, largest)
         return replace(modes, shapes=moved, names=tuple(name for name, _ in assembly.watched))
 
-    def shapes(self, mesh: Mesh, states: Any = None, modes: int = 6) -> MeshShapes:
+    def shapes(
+        self, mesh: Mesh, states: Any = None, modes: int = 6, axis: str | None = None
+    ) -> MeshShapes:
         """Return shapes of the structure on a mesh.
 
         A reduced structure shows all of its degrees of freedom.
@@ -457,6 +459,9 @@ class Structure(MechanicalModel):
             undamped modes of the matrices without elements.
         modes
             How many modes, lowest first.
+        axis
+            Of a cyclic structure, whose mesh is that of the given sector: the axis x, y or z of
+            all sectors, which are shown then. Directions turn with them.
 
         Returns
         -------
@@ -469,8 +474,7 @@ class Structure(MechanicalModel):
             If no degree of freedom is that of a node, or the states have another number.
         """
         assembly = self._assembly
-        names = assembly.definition.names
-        rows = mesh.rows(names)
+        rows = mesh.rows(assembly.given.names)
         if states is None:
             squares, few = lowest_modes(self.stiffness_matrix, self.mass_matrix, modes)
             moved = (assembly.basis @ few).T
@@ -486,11 +490,39 @@ class Structure(MechanicalModel):
             moved = given[:, : assembly.size] @ assembly.basis.T * assembly.length
             labels = [f"state {number} of {len(moved)}" for number in range(1, len(moved) + 1)]
         padded = np.hstack([moved, np.zeros((len(moved), 1))])  # -1 is a node held in place
-        found = padded[:, rows]
+        mesh, found = self._on_sectors(mesh, padded, rows, axis)
         if states is None:
             largest = np.abs(found).max(axis=(1, 2), keepdims=True)
             found = found / np.where(largest > 0, largest, 1.0)
         return MeshShapes(mesh, found, tuple(labels))
+
+    def _on_sectors(
+        self, mesh: Mesh, moved: Array, rows: Indices, axis: str | None
+    ) -> tuple[Mesh, Array]:
+        """Return a mesh, of all sectors about an axis, and its displacements, (k, m, 3).
+
+        Shapes: moved (k, n + 1), the last column zero; rows (m, 3), see `Mesh.rows`.
+        """
+        given = self._assembly.given
+        if given.cyclic is None:
+            if axis is not None:
+                raise InputError(f"axis = {axis!r} is that of sectors, and the structure has none")
+            return mesh, moved[:, rows]
+        sectors = Sectors(given.cyclic, given.names)
+        several = [
+            moved[:, np.where(rows < 0, -1, sectors.places(number)[rows])]
+            for number in range(sectors.count)
+        ]
+        if axis is None:
+            return mesh, several[0]
+        count = given.cyclic.sectors
+        turns = turns_about(axis, count)
+        ahead = np.any((rows >= 0) & (sectors.ahead[rows] == 1), axis=1)[:, None]
+        turned = [
+            np.where(ahead, part @ turns[(number + 1) % count].T, part @ turns[number].T)
+            for number, part in enumerate(several * (count // sectors.count))
+        ]
+        return mesh.around(count, axis), np.concatenate(turned, axis=1)
 
     def diameter_frequencies(self, modes: int = 3) -> Array:
         """Return the natural frequencies of a cyclic structure by nodal diameter.
