@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.orbits.linearization import Condensed, Sparse
+from slipfold.orbits.linearization import Condensed, Linearization, Sparse
 
 
 @pytest.mark.parametrize(("m", "n", "k"), [(8, 10, 1), (8, 9, 3), (3, 5, 2), (2, 7, 1)])
@@ -25,3 +25,13 @@ def test_it_is_the_whole_matrix(m, n, k):
 
 def test_growth_is_left_to_pivots():
     assert Condensed.reach(np.full((8, 2, 2), 10.0), np.zeros((8, 2, 1))) is None
+
+
+def test_one_segment_is_a_full_matrix_however_large():
+    # Its transition matrix and the identity lie in one place: a sparse matrix had both.
+    rng = np.random.default_rng(5)
+    blocks, along = rng.normal(size=(1, 70, 70)) / 20, rng.normal(size=(1, 70, 1))
+    part = Linearization(np.zeros((1, 70)), blocks, along)
+    tangent = part.bordered(np.eye(71)[-1]).tangent()
+    assert np.abs(part.jacobian @ tangent).max() < 1e-12
+    assert abs(tangent[-1]) > 0.01

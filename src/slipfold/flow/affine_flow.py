@@ -32,7 +32,7 @@ class AffineRules:
     first: int = 16  # phases at which forcing is sampled first
     most: int = 256  # the same at most: twice the highest harmonic of structures, and more
     left_out: float = 2e-15  # harmonics that rounding may make, over the largest
-    missed: float = 1e-13  # forcing that harmonics do not give, over its size
+    missed: float = 1e-12  # forcing that harmonics do not give, over its size
     resonant: float = 0.01  # distance a phase of exponents whose quotients are taken together
     apart: float = 0.5  # difference of exponents above which quotients lose no digits
     terms: int = 18  # of power series for smaller differences
@@ -135,11 +135,10 @@ class AffineSolutions:
     forcing: Harmonics  # in the basis of eigenvectors
     answers: Complex  # to the forcing where it is not resonant, zero elsewhere, shape (H, n)
     resonant: tuple[tuple[int, int], ...]  # harmonic and eigenvalue of the other pairs
+    units: Array  # sizes of rates, shape (n,)
 
     @staticmethod
-    def of(
-        eigen: tuple[Complex, Complex, Complex], period: float, forcing: Harmonics
-    ) -> AffineSolutions:
+    def of(eigen: EigenBasis, period: float, forcing: Harmonics, units: Array) -> AffineSolutions:
         """Return the solutions from eigenvalues a second, vectors and inverse."""
         values, shapes, into = eigen
         values = values * period
@@ -149,7 +148,7 @@ class AffineSolutions:
         answers = np.where(resonant, 0.0, pushed / np.where(resonant, 1.0, gaps))
         pairs = tuple((int(h), int(j)) for h, j in np.argwhere(resonant) if pushed[h, j] != 0)
         forced = Harmonics(forcing.exponents, pushed)
-        return AffineSolutions(values, shapes, into, forced, answers, pairs)
+        return AffineSolutions(values, shapes, into, forced, answers, pairs, units)
 
     def motions(self, first: Complex, begin: Array, times: Array) -> Complex:
         """Return solutions in the basis of eigenvectors at times after their beginnings.
@@ -237,14 +236,15 @@ class AffineFlow(Flow):
                 del self._eigen[next(iter(self._eigen))]
             self._eigen[key] = _eigenvectors(matrix)
         eigen = self._eigen[key]
+        # Rates that states of the size of their scales cause
+        scaled = np.abs(matrix) * constants.scales / constants.scales[:, None]
+        units = constants.scales * np.maximum(1.0, constants.period * scaled.sum(axis=1))
         forcing = harmonics_of(
-            lambda at: self.rates(np.zeros((len(at), n)), at, constants)[:, None],
-            constants.scales,
-            1.0,
+            lambda at: self.rates(np.zeros((len(at), n)), at, constants)[:, None], units, 1.0
         )
         if eigen is None or forcing is None:
             return None
-        return AffineSolutions.of(eigen, constants.period, forcing)
+        return AffineSolutions.of(eigen, constants.period, forcing, units)
 
     def advance(self, states: Array, start: Array, end: Array, constants: Constants) -> Array:
         """Propagate states from one phase to another."""
@@ -259,12 +259,20 @@ class AffineFlow(Flow):
         moved = found.motions(states @ found.into.T, begin, phases - begin[:, None])
         return np.asarray((moved @ found.shapes.T).real)
 
+    def trajectory(
+        self, state: Array, constants: Constants, grid: Array, *, patient: bool = True
+    ) -> Array:
+        """Propagate one state along a grid of phases."""
+        if self.solutions(constants) is None:
+            return super().trajectory(state, constants, grid, patient=patient)
+        return self.along(state[None], grid[None], constants)[0]
+
     def linearize(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array, Array]:
         """Propagate states and their derivatives from one phase to another."""
         found = self.solutions(constants) if directions.ndim == 2 else None
-        pushed = None if found is None else self._pushes(constants, directions)
+        pushed = None if found is None else self._pushes(constants, directions, found.units)
         if found is None or pushed is None:
             return super().linearize(states, start, end, constants, directions)
         first, times, n = states @ found.into.T, end - start, self.dimension
@@ -276,7 +284,7 @@ class AffineFlow(Flow):
         vectors = found.along(first, start, times, turned, pushed)
         return ends, found.transitions(times), vectors
 
-    def _pushes(self, constants: Constants, directions: Array) -> Harmonics | None:
+    def _pushes(self, constants: Constants, directions: Array, units: Array) -> Harmonics | None:
         """Return the changes of the forcing, shape (H, k n)."""
         n = self.dimension
 
@@ -287,7 +295,7 @@ class AffineFlow(Flow):
 
         sizes = np.abs(constants.values)[:, None]  # a change of as much is one of all rates
         relative = np.divide(np.abs(directions), sizes, np.zeros(directions.shape), where=sizes > 0)
-        return harmonics_of(changes, constants.scales, relative.max(axis=0))
+        return harmonics_of(changes, units, relative.max(axis=0))
 
 
 def _eigenvectors(matrix: Array) -> EigenBasis | None:

@@ -23,6 +23,7 @@ from slipfold.flow.simulate import (
     reaches_stick_limit,
     simulate,
 )
+from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
@@ -57,6 +58,8 @@ class OrbitSearch:
         4,
         3,
     )  # tried where a trajectory does not nearly repeat
+    repeated: float = 1e-6  # distance in scales after a period of a motion that nearly repeats
+    between: int = 16  # periods after which it is looked at again
     returned: float = 0.05  # distance over the extent, or in scales, at which an orbit is near
 
 
@@ -90,8 +93,8 @@ def periodic_orbit(
     tolerance
         Largest mismatch of the accepted orbit, in scaled states.
     settle
-        Forcing periods in which a trajectory from rest converges; of an autonomous model,
-        revolutions.
+        Forcing periods in which a trajectory from rest converges, through stick at most; of an
+        autonomous model, revolutions.
     duration
         Duration of a cycle of an autonomous model in seconds, about; without it the time after
         which the trajectory returns.
@@ -225,7 +228,7 @@ class _Search:
         start = model.start if state is None else state
         # Newton's method takes over from where the trajectory nearly repeats.
         hybrid = HybridIntegration.begin(model, start, own_duration=True, energies=False)
-        motion = hybrid.run(self.settle if forced else None, 1e-6)
+        motion = self._repeating(hybrid) if forced else hybrid.run(None, SEARCH.repeated)
         if motion.stopped is not None:
             raise InputError(f"no orbit was found: {motion.stopped.reason}")
         settlement = motion.settlement
@@ -256,6 +259,20 @@ class _Search:
             hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
             _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).states)
         return orbit
+
+    def _repeating(self, hybrid: HybridIntegration) -> Trajectory:
+        """Follow a trajectory until it nearly repeats, or for all periods."""
+        scales, angles = hybrid.model.state_scales(), self.model.angle_periods
+        every = self.period * -(-SEARCH.between // self.period)
+        hybrid.advance(self.settle % self.period)  # it begins in the phase in which all would end
+        while hybrid.periods < self.settle:
+            hybrid.advance(min(every, self.settle - hybrid.periods))
+            if hybrid.stopped is not None:
+                break
+            last, before = hybrid.states[[-1, -1 - self.period]]
+            if np.abs(wrap_angles(last - before, angles) / scales).max() < SEARCH.repeated:
+                break
+        return hybrid.result(SEARCH.repeated)
 
     def in_slip(self, orbit: PeriodicOrbit, state: Array | None) -> PeriodicOrbit:
         """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""

@@ -356,7 +356,7 @@ class Linearization:
         """
         if len(self.conditions.values) >= self.along.shape[2]:
             return LeastSquares(np.concatenate([self.jacobian, row[None]]))
-        if len(row) <= ELIMINATION.large:
+        if len(row) <= ELIMINATION.large or len(self.blocks) == 1:  # no entry is zero
             return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
         gradients = self.conditions.gradients
         lines = row[None] if gradients is None else np.vstack([gradients, row])
