@@ -316,6 +316,10 @@ def test_what_motions_settle_on_is_added_where_the_response_ends():
         branch.stopped.value for branch in right.branches
     ]
     assert len(right.branches) > 1
+    # Where contacts begin to stick is marked as bifurcations are.
+    marks = [(mark["type"], mark["value"]) for item in last["branches"] for mark in item["special"]]
+    assert marks == [(point.type, point.value) for _, point in right.special]
+    assert {"GRAZE", "STICK"} <= {kind for kind, _ in marks}
 
 
 def test_a_motion_is_followed_and_what_cannot_be_is_said():

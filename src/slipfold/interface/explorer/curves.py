@@ -22,7 +22,7 @@ from slipfold.interface.explorer.plain import Emit, axis_of, number, short, with
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.parameter_space.measurement import Measurement
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
@@ -85,7 +85,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "special": [
             _special(point, show, statistic)
             for point in branch.special
-            if point.type in BIFURCATION_TYPES
+            if point.type in (*BIFURCATION_TYPES, *CONTACT_TYPES)
         ],
     }
 

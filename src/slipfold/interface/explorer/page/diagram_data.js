@@ -186,6 +186,7 @@ const WIDTHS = { stable: 2.2, "period doubling": 1.5, "fold or torus": 1.7 };
 /** Markers as in the package's figures; a subcritical point is open. */
 export const MARKERS = {
   PD: "circle", NS: "square", LP: "triangle-up", BP: "diamond", HB: "pentagon", LIMIT: "x-thin",
+  GRAZE: "triangle-down", STICK: "triangle-left", LIFT: "triangle-right", MEET: "cross",
 };
 
 const SHORT = { supercritical: "super", subcritical: "sub" };

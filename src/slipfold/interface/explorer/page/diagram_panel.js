@@ -163,6 +163,10 @@ const SHAPES = {
   circle: "M4 0A4 4 0 1 1-4 0A4 4 0 1 1 4 0Z",
   square: "M-3.6-3.6H3.6V3.6H-3.6Z",
   "triangle-up": "M0-4.4L4.4 3.6H-4.4Z",
+  "triangle-down": "M0 4.4L4.4-3.6H-4.4Z",
+  "triangle-left": "M-4.4 0L3.6-4.4V4.4Z",
+  "triangle-right": "M4.4 0L-3.6-4.4V4.4Z",
+  cross: "M-1.4-4H1.4V-1.4H4V1.4H1.4V4H-1.4V1.4H-4V-1.4H-1.4Z",
   diamond: "M0-4.8L4.8 0L0 4.8L-4.8 0Z",
   pentagon: "M0-4.6L4.4-1.4L2.7 3.7H-2.7L-4.4-1.4Z",
   "x-thin": "M-4-4L4 4M-4 4L4-4",
@@ -198,7 +202,7 @@ export class SpecialPoints {
       `${named(kind, period)} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
     const failed = diagram.unfollowed.map((why) => `Nothing was followed from a motion: ${why}.`);
-    this.#ends.replaceChildren([...new Set([...sentences, ...failed])].join(" "), ...this.#ways(diagram, ends));
+    this.#ends.replaceChildren(...this.#ways(diagram, ends), [...new Set([...sentences, ...failed])].join(" "));
     this.#ends.title = this.#ends.textContent;
     this.#checked.show(diagram.checked);
     this.#items = items;

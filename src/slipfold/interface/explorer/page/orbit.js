@@ -296,6 +296,7 @@ export class OrbitPanel {
     this.node.classList.remove("empty", "former");
     this.#player.node.classList.toggle("absent", Boolean(answer.eigenvalues));
     this.title.textContent = titleOf(answer, place, this.#session.quantity(view.vary), model.forced);
+    this.title.title = this.title.textContent; // two lines may be too few
     this.#point(this.cursor.phase);
     this.#player.adopted(isFirst);
     this.node.dataset.drawn = answer.value;
