@@ -193,3 +193,19 @@ def test_a_presentation_has_large_type_and_no_controls(still):
     still.box("Nd").press("Escape")
     expect(page.locator(".masthead")).to_be_visible()
     expect(page.get_by_role("button", name="Present")).to_be_focused()
+
+
+WHOLE = """
+() => {
+  const { scrollHeight, clientHeight, textContent } = document.querySelector("#orbit-title");
+  return [scrollHeight <= clientHeight, textContent];
+}
+"""
+
+
+def test_the_line_about_an_equilibrium_is_whole_on_a_laptop(new_tab):
+    new_tab.page.set_viewport_size({"width": 1366, "height": 768})
+    new_tab.open("model=squeal")
+    expect(new_tab.page.locator("#orbit-title")).to_contain_text("damping ratio")
+    is_whole, text = new_tab.page.evaluate(WHOLE)
+    assert is_whole, text
