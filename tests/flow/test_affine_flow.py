@@ -122,9 +122,31 @@ def test_modes_are_linearized_as_by_the_integrator(status):
     assert np.abs(ends - flow.linearize(*given)[0]).max() < 1e-13 * np.abs(ends).max()
 
 
-@pytest.mark.parametrize(("load", "speed"), [(0.4, 0.0), (2.0, 0.05)])
-def test_smooth_phases_are_those_of_the_integrator(monkeypatch, load, speed):
-    model = chain(4).replace(Ns=load, Vd=speed)
+TWO = (
+    sf.FrictionContact(
+        "q4",
+        sf.Coulomb(mu_s=0.5, mu_k=0.3),
+        load=sf.ContactLoad("q2", Ns=0.4, kn=5.0, cn=0.02),
+        Vd=0.1,
+        name="opens",
+    ),
+    sf.FrictionContact(
+        "q3",
+        sf.Coulomb(mu_s=0.4, mu_k=0.3),
+        load=sf.ModulatedLoad(Ns=0.3, Nd=0.1),
+        Vd=0.0,
+        name="pulsates",
+    ),
+)
+"""Contacts that slip, stick and open."""
+
+
+@pytest.mark.parametrize(
+    "model",
+    [chain(4), chain(4).replace(Ns=2.0, Vd=0.05), chain(4).replace(contacts=TWO)],
+    ids=["wall", "belt", "two"],
+)
+def test_smooth_phases_are_those_of_the_integrator(monkeypatch, model):
     constants, start, passed = flow_of(model).constants_of(model), np.zeros(8), []
     scales = model.state_scales()
     for many in (9, 8):
@@ -133,7 +155,10 @@ def test_smooth_phases_are_those_of_the_integrator(monkeypatch, load, speed):
         mode = first_mode(system, start)
         passed.append(list(smooth_phases(system, mode, start, 12.0)))
     assert len(passed[0]) > 20
-    assert {Status.STICK, Status.FORTH} <= {part.mode[0] for part, _ in passed[0]}
+    met = {status for part, _ in passed[0] for status in part.mode}
+    assert {Status.STICK, Status.FORTH} <= met
+    assert (Status.OPEN in met) == (len(mode) > 1)
+    assert all(compiled.exact for compiled in system.flow._modes.values())
     lost = sum(part.energies for part, _ in passed[0])
     for (one, _), (other, _) in zip(*passed, strict=True):
         assert one.mode == other.mode

@@ -73,9 +73,8 @@ class AffineEvents:
         self._flow, self._events, self._slopes = flow, events, slopes
         falls = np.array([-1.0 if event.rising else 1.0 for event in events])
         self._falls = falls
-        self._weights = [
-            event.which + (0 if event.ending is Ending.STOPS else contacts) for event in events
-        ]
+        places = {Ending.STOPS: 0, Ending.LIMIT: 2 * contacts}
+        self._weights = [event.which + places.get(event.ending, contacts) for event in events]
         self._known: tuple[Constants | None, Array, Harmonics | None] = None, falls, None
 
     @classmethod
@@ -85,7 +84,7 @@ class AffineEvents:
         """Return the events, None if they are not affine."""
         if not isinstance(flow, AffineFlow) or flow.dimension < SEARCH.many:
             return None
-        if any(event.scaled or event.ending is Ending.LIMIT for event in events):
+        if any(event.scaled for event in events):
             return None
         if not is_affine([event.expression for event in events], flow.equations):
             return None
