@@ -154,9 +154,15 @@ MISTAKES = {
     "points": (lambda: Mesh(["a"], [0, 1], []), "1 nodes have coordinates of shape"),
     "not finite": (lambda: Mesh(["a"], [[0, np.nan]], []), "coordinates of node a are not finite"),
     "twice": (lambda: Mesh(["a", "a"], np.eye(2), []), "a node of the mesh is there twice"),
-    "kind": (lambda: Mesh(["a"], [[0, 0]], [("lines", (0,))]), "did you mean line. give line, tri"),
+    "kind": (
+        lambda: Mesh(["a"], [[0, 0]], [("lines", (0,))]),
+        "did you mean line. give a kind, line",
+    ),
     "places": (lambda: Mesh(["a"], [[0, 0]], [("line", (0, 1))]), "give 2 places from 0 to 0"),
-    "axis": (lambda: Mesh(["a"], [[0, 0]], [], {"w": "u"}), "is along 'u'; give x, y or z"),
+    "axis": (
+        lambda: Mesh(["a"], [[0, 0]], [], {"w": "u"}),
+        "direction 'w' of the mesh is along 'u'; give",
+    ),
     "no node": (
         lambda: Structure([[1]], None, [[1]], names="q").shapes(line()),
         "no degree of freedom is that of a node of the mesh along ux uy uz",

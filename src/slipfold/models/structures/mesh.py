@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +13,7 @@ import numpy as np
 from slipfold.arrays import Array, Indices
 from slipfold.drawing import draw
 from slipfold.errors import InputError, suggest
+from slipfold.models.structures.component import brief
 from slipfold.models.structures.matrix_files import node_name
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
@@ -75,41 +76,66 @@ class Mesh(OneLine):
     points: Array
     cells: tuple[tuple[str, tuple[int, ...]], ...]
     directions: Mapping[str, str] | None = None
-    _places: dict[str, int] = field(init=False)
 
     def __post_init__(self) -> None:
         """Check that all parts fit each other."""
-        nodes = tuple(map(str, self.nodes))
-        points = np.asarray(self.points, dtype=float)
-        if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) != len(nodes):
+        named: Any = self.nodes
+        cells: Any = self.cells
+        axes: Any = {} if self.directions is None else self.directions
+        several = isinstance(named, Iterable) and not isinstance(named, str | bytes)
+        nodes = tuple(map(str, named)) if several else ()
+        if len(set(nodes)) < len(nodes) or not nodes:
             raise InputError(
-                f"{len(nodes)} nodes have coordinates of shape {points.shape}; give two or three "
+                "a node of the mesh is there twice; give each once"
+                if nodes
+                else f"nodes = {brief(named)}; give the names of the nodes"
+            )
+        object.__setattr__(self, "nodes", nodes)
+        object.__setattr__(self, "points", self._checked_points())
+        given = cells if isinstance(cells, list | tuple) else [cells]
+        object.__setattr__(self, "cells", tuple(map(self._checked_cell, given)))
+        if not isinstance(axes, Mapping):
+            raise InputError(f"directions = {brief(axes)}; give e.g. {{'w': 'z'}}")
+        for name, axis in axes.items():
+            if not isinstance(name, str) or axis not in AXES:
+                raise InputError(
+                    f"the direction {brief(name)} of the mesh is along {brief(axis)}; give x, y "
+                    "or z"
+                )
+
+    def _checked_points(self) -> Array:
+        try:
+            points = np.asarray(self.points, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            points = np.empty(0)
+        count = len(self.nodes)
+        if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) != count:
+            raise InputError(
+                f"{count} nodes have coordinates of shape {points.shape}; give two or three "
                 "numbers a node"
             )
         if not np.isfinite(points).all():
-            bad = nodes[int(np.argmin(np.isfinite(points).all(axis=1)))]
+            bad = self.nodes[int(np.argmin(np.isfinite(points).all(axis=1)))]
             raise InputError(f"the coordinates of node {bad} are not finite; give numbers in m")
-        if len(set(nodes)) < len(nodes):
-            raise InputError("a node of the mesh is there twice; give each once")
-        for kind, places in self.cells:
-            if kind not in CELLS:
-                raise InputError(
-                    f"the mesh has the element {kind!r}, which is unknown; {suggest(kind, CELLS)}"
-                    f"give {', '.join(CELLS)}"
-                )
-            if len(places) != CELLS[kind].size or not all(0 <= one < len(nodes) for one in places):
-                raise InputError(
-                    f"a {kind} of the mesh has the nodes {places}; give {CELLS[kind].size} places "
-                    f"from 0 to {len(nodes) - 1}"
-                )
-        wrong = set((self.directions or {}).values()).difference(AXES)
-        if wrong:
-            raise InputError(f"a direction of the mesh is along {wrong.pop()!r}; give x, y or z")
-        flat = np.zeros((len(points), 3 - points.shape[1]))
-        object.__setattr__(self, "nodes", nodes)
-        object.__setattr__(self, "points", np.hstack([points, flat]))
-        object.__setattr__(self, "cells", tuple((kind, tuple(at)) for kind, at in self.cells))
-        object.__setattr__(self, "_places", {name: place for place, name in enumerate(nodes)})
+        return np.hstack([points, np.zeros((count, 3 - points.shape[1]))])
+
+    def _checked_cell(self, given: Any) -> tuple[str, tuple[int, ...]]:
+        pair = given if isinstance(given, list | tuple) and len(given) == 2 else (given, ())
+        kind, places = pair
+        if not isinstance(kind, str) or kind not in CELLS:
+            near = suggest(kind, CELLS) if isinstance(kind, str) else ""
+            raise InputError(
+                f"the mesh has the element {brief(kind)}, which is unknown; {near}give a kind, "
+                f"{', '.join(CELLS)}, and the places of its nodes"
+            )
+        size, count = CELLS[kind].size, len(self.nodes)
+        known = isinstance(places, list | tuple) and len(places) == size
+        if not known or not all(type(one) is int and 0 <= one < count for one in places):
+            raise InputError(
+                f"a {kind} of the mesh has the nodes {brief(places)}; give {size} places from 0 "
+                f"to {count - 1}"
+            )
+        return kind, tuple(places)
 
     @classmethod
     def read(
