@@ -19,10 +19,10 @@ const LARGEST = 256 * 1024;
  * @throws {Error} with the server's sentence
  */
 export async function written(models, text, fileName = null, name = null) {
+  const known = models.find((item) => item.text === text);
+  if (known) return known;
   const described = await (await posted("/api/model", JSON.stringify({ text, name: fileName }))).json();
   const base = described.name.slice(0, LONGEST_NAME);
-  const known = models.find((item) => item.text === text && item.base === base);
-  if (known) return known;
   const taken = new Set(models.map((item) => item.name));
   const numbered = (count) => `${base} (edited${count > 1 ? ` ${count}` : ""})`;
   let count = 1;
