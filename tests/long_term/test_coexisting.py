@@ -219,6 +219,6 @@ def test_gaps_are_filled_with_the_cycle_that_no_hopf_point_leads_to():
 
 
 def test_a_gap_beyond_a_limit_is_left_alone(monkeypatch):
-    monkeypatch.setattr("slipfold.computations.response.attractor_from", None)
+    monkeypatch.setattr("slipfold.computations.starts.attractor_from", None)
     diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.98), gaps=True)
     assert diagram.branches[0].stopped.kind == "limit"

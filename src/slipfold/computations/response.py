@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from math import ulp
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.progress import branch_progress, searching
+from slipfold.bifurcations.branches.progress import branch_progress
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.start import Begin, measured_over
-from slipfold.bifurcations.tori.follow import tori_from, tori_of
+from slipfold.bifurcations.tori.follow import tori_of
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.computations.arguments import (
     Values,
@@ -30,19 +29,19 @@ from slipfold.computations.arguments import (
     parse_values,
     refuse_varied,
 )
+from slipfold.computations.starts import FurtherBranches, first_begin, given_begin, model_of
 from slipfold.declarations import documented
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.quantities import DURATION, Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.models.system import System
-from slipfold.models.units import interval, parse_quantity
+from slipfold.models.units import interval
 from slipfold.options import (
     Also,
     Cases,
     Gaps,
     Gradients,
-    Interval,
     ModelOrOrbit,
     Point,
     Search,
@@ -53,7 +52,6 @@ from slipfold.options import (
     Vary,
 )
 from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
-from slipfold.orbits.find import attractor_from, may_slip, orbit_near, periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
@@ -63,7 +61,6 @@ from slipfold.results.records import provenance
 
 if TYPE_CHECKING:
     from slipfold.bifurcations.branches.batched import BatchedCase
-    from slipfold.long_term.branch_search import BranchSearch
     from slipfold.results.responses import Responses
 
 SIMULTANEOUS = 256
@@ -122,7 +119,7 @@ def response(
     """
     orbit = model if isinstance(model, PeriodicOrbit) else None
     if orbit is not None:
-        model = _model_of(orbit, vary, span, {**parameters, **(start or {})})
+        model = model_of(orbit, vary, span, {**parameters, **(start or {})})
     refuse_varied([vary], parameters, "the span")
     model = checked_model(model)
     parameters[vary], last = interval(model.variable_parameter(vary), span)
@@ -132,13 +129,12 @@ def response(
     watched = (*checked_events(events), *own_events(changed, vary))
     ends = changed.values[vary], last
     torus_set: tuple[TorusBranch, ...] = ()
-    begin = None
     if orbit is not None:
-        inside = _within(orbit.model.values[vary], ends)
-        assert inside is not None  # checked before
-        begin = Begin(inside, orbit)
-    if orbit is None:
-        begin, torus_set = _first(changed, vary, ends, start, settled, tori, chosen, on_progress)
+        begin: Begin | None = given_begin(orbit, vary, ends)
+    else:
+        begin, torus_set = first_begin(
+            changed, vary, ends, start, settled, tori, chosen, on_progress
+        )
     unscaled = changed
     # An orbit that sticks has its own scales.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
@@ -153,12 +149,11 @@ def response(
         observer=on_progress,
         through_stick=True,
     )
-    further = _Further(
-        changed, unscaled, vary, ends, follow, also, gaps, model.values[vary], search, on_progress
+    own = model.values[vary]
+    further = FurtherBranches(
+        changed, unscaled, vary, ends, follow, also, gaps, own, search, on_progress
     )
     branches, unfollowed, searched, stopped = further.followed(begin, torus_set)
-    stopped |= any(branch.interrupted for branch in branches)
-    stopped |= searched is not None and searched.interrupted
     complete = True
     if gradients and not stopped:
         branches, complete = with_gradients(branches, chosen, on_progress)
@@ -181,181 +176,6 @@ def response(
         unfollowed,
     )
     return diagram if diagram.interrupted else finalized(diagram)
-
-
-def _first(
-    model: Model,
-    vary: str,
-    span: tuple[float, float],
-    start: Mapping[str, float | str] | None,
-    settled: bool,
-    tori: bool,
-    settings: Settings,
-    on_progress: Observer | None,
-) -> tuple[Begin | None, tuple[TorusBranch, ...]]:
-    """Return where the first branch begins, None for the response; or the tori instead."""
-    # Where a moving surface stands still nothing slides all the time: a solution leads to an orbit.
-    standstill = model.forced and not may_slip(model)
-    if not standstill:
-        check_followed(model)
-    if start is None and not settled and not standstill:
-        return None, ()
-    there, state = _start(model, vary, span, start or {})
-    try:
-        return _begin(there, vary, state, settled, on_progress), ()
-    except InputError:
-        if not (settled and tori and may_slip(there)):
-            raise
-        result = tori_from(there, vary, state, span, settings, on_progress)
-        if not result:
-            raise
-        return None, result
-
-
-@dataclass(frozen=True, eq=False)
-class _Further:
-    """The branches of a response, and those from elsewhere in the span."""
-
-    model: Model
-    unscaled: Model  # for solutions: what they are found with depends on where they start
-    vary: str
-    span: tuple[float, float]
-    follow: Callable[..., tuple[Branch, ...]]
-    also: Sequence[PeriodicOrbit | Mapping[str, float | str]]
-    gaps: bool
-    own: float  # value of the parameter that the model has itself
-    search: bool | Mapping[str, Interval]
-    observer: Observer | None
-
-    def followed(
-        self, begin: Begin | None, tori: tuple[TorusBranch, ...]
-    ) -> tuple[tuple[Branch, ...], tuple[str, ...], BranchSearch | None, bool]:
-        """Return the branches, none where there are tori instead.
-
-        Beside them: why nothing was followed from some starts, the search, and whether it was
-        interrupted.
-        """
-        branches: tuple[Branch, ...] = ()
-        failure = None
-        more = bool(self.also) or self.gaps or bool(self.search)
-        if not tori:
-            try:
-                branches = self.follow(begin=begin)
-            except InputError as error:
-                if begin is not None or not more:
-                    raise
-                failure = error  # there may be branches elsewhere in the span
-        if not more:
-            return branches, (), None, False
-        # Imported late: these modules take longer to import than a branch to follow.
-        from slipfold.long_term.coexisting import Further, find_coexisting
-        from slipfold.long_term.search import checked_box
-
-        model, vary, span = self.model, self.vary, self.span
-        known, searched = Further(branches, self.follow), None
-        reasons = [known.add(partial(self._begin, start)) for start in self.also]
-        if self.gaps:
-            known.fill_gaps(
-                model, span, lambda at: self._begin({vary: at}), self.own, self.observer
-            )
-        branches = known.branches
-        if self.search and not known.interrupted:
-            box = None if self.search is True else checked_box(model, self.search)
-            branches, searched = find_coexisting(
-                model, vary, span, branches, self.follow, box, self.observer
-            )
-        if failure is not None and not branches:
-            raise failure
-        return branches, tuple(filter(None, reasons)), searched, known.interrupted
-
-    def _begin(self, start: PeriodicOrbit | Mapping[str, float | str]) -> Begin:
-        """Return where the branch of a further start begins."""
-        if isinstance(start, PeriodicOrbit):
-            own, values = start.model.values, self.model.values
-            free = () if self.model.forced else (DURATION.name,)
-            differ = {name for name in own if own[name] != values[name]} - {self.vary, *free}
-            if start.model.kind != self.model.kind or differ:
-                raise InputError(
-                    f"the orbit at {self.vary} = {own[self.vary]:g} has other parameters than the "
-                    "response; find it with the same"
-                )
-            inside = _within(own[self.vary], self.span)
-            return Begin(own[self.vary] if inside is None else inside, start)
-        there, state = _start(self.unscaled, self.vary, self.span, start)
-        return _begin(there, self.vary, state, True, self.observer)
-
-
-def _model_of(
-    orbit: PeriodicOrbit,
-    vary: str,
-    span: tuple[float | str, float | str],
-    parameters: Mapping[str, float | str],
-) -> Model:
-    """Return the model of an orbit that is to be followed; refuse what would not be its own."""
-    if parameters:
-        names = ", ".join(parameters)
-        raise InputError(
-            f"{names} cannot be changed, since the branch begins at a given orbit; find the orbit "
-            "with the desired values"
-        )
-    model = orbit.model
-    first, last = interval(model.variable_parameter(vary), span)
-    own = model.values[vary]
-    if _within(own, (first, last)) is None:
-        raise InputError(
-            f"the span begins at {vary} = {first:g} but the orbit given lies at {vary} = {own:g}; "
-            "begin the span there, or let it hold that value"
-        )
-    return model
-
-
-def _start(
-    model: Model, vary: str, span: tuple[float, float], start: Mapping[str, float | str]
-) -> tuple[Model, dict[str, float]]:
-    """Return the model at a start, and its states; it may have a value of the parameter."""
-    units = {item.name: item.unit for item in model.states}
-    at, state = model.values[vary], {}
-    for name, value in start.items():
-        if name == vary:
-            parameter = model.parameter(vary)
-            at = parameter.check(parse_quantity(value, parameter.unit, name))
-        else:
-            state[name] = parse_quantity(value, units.get(name, ""), name)
-    inside = _within(at, span)
-    if inside is None:
-        raise InputError(
-            f"the start at {vary} = {at:g} is outside the span from {span[0]:g} to {span[1]:g}; "
-            "give one inside it"
-        )
-    return model.replace(**{vary: inside}), state
-
-
-def _within(value: float, span: tuple[float, float]) -> float | None:
-    """Return a value, or the end of the span that it exceeds by rounding; None if it is outside."""
-    inside = min(max(value, min(span)), max(span))
-    return inside if abs(inside - value) <= 4 * ulp(max(map(abs, span))) else None
-
-
-def _begin(
-    there: Model, vary: str, state: dict[str, float], settled: bool, on_progress: Observer | None
-) -> Begin:
-    """Return where the first branch begins: near a state, or at the attractor reached from it."""
-    at = there.values[vary]
-    if there.forced and not may_slip(there):
-        try:
-            return Begin(at, periodic_orbit(there, state=state or None))
-        except InputError as error:
-            raise InputError(f"at {vary} = {at:g} {error}") from None
-    if settled:
-        send = searching(on_progress, at)
-        result = attractor_from(there, state, lambda progress: send(progress.done))
-    elif state or not there.forced:
-        result = orbit_near(there, state)
-    else:
-        result = periodic_orbit(there)
-    if isinstance(result, PeriodicOrbit):
-        return Begin(at, result)
-    return Begin(at, state=result)
 
 
 def own_events(model: Model, vary: str) -> tuple[Event, ...]:
