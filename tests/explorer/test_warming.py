@@ -8,7 +8,7 @@ from slipfold.interface.explorer.settings import PageSettings
 
 
 def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):
-    def endless(self, request, check, observer):
+    def endless(self, request, check, observer, show=None):
         while True:
             check()
 
