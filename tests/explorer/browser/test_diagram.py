@@ -176,7 +176,8 @@ def test_what_cannot_be_computed_is_a_sentence(explorer):
 
 def test_markup_in_a_model_is_shown_as_text(explorer):
     explorer.open("model=hostile")
-    expect(explorer.page.get_by_label("Model")).to_contain_text("<img src=x onerror=alert(1)>")
+    choice = explorer.page.get_by_role("combobox", name="Model", exact=True)
+    expect(choice).to_contain_text("<img src=x onerror=alert(1)>")
     expect(explorer.page.locator("[data-name=F] .doc")).to_have_text("<script>alert(2)</script>")
     assert explorer.page.locator("main img, main script, aside b").count() == 0
     assert "<u>q</u>" in "".join(explorer.page.locator(f"{DIAGRAM} text").all_text_contents())
