@@ -36,6 +36,8 @@ class ScaleSettings:
     cancelled: float = 0.1  # change, over the size, of a derivative that is a rounding error
     # Motion, over the largest of a state of the same unit, that is one: where symmetry forbids it
     unmoved: float = 1e-13
+    # Mean of rates, over the largest of the period, that is none: the sum of a harmonic force
+    unbalanced: float = 1e-15
 
 
 SCALES = ScaleSettings()
@@ -275,8 +277,11 @@ class _View:
         if self.flow is not flow_of(self.model):  # friction holds it
             return start
         result, slopes = self._around(start)
+        largest = np.abs(result).max(axis=0)
+        if (np.abs(result.mean(axis=0)) <= SCALES.unbalanced * largest).all():
+            return start
         ratios = self._balanced(slopes)
-        guess = _largest(np.abs(result).max(axis=0) / ratios) / self._rate(slopes, ratios)
+        guess = _largest(largest / ratios) / self._rate(slopes, ratios)
         state = mean_state(self.flow, self.constants, ratios * (guess or 1.0), start)
         if np.isnan(state).any() and not self.model.forced:
             equilibrium = search_equilibrium(self.model, start)
