@@ -169,6 +169,12 @@ def test_isolas_lie_on_the_ridge():
         force = (c1 - 3 / 4 * c3 * square + 5 / 8 * c5 * square**2) * np.sqrt(square)
         assert turns[name].values[1] == pytest.approx(force, rel=2e-3)
         assert max(turns[name].uncertainty) < 1e-10
+    # Where the force turns the peak does not count as one.
+    assert "max x" not in {point.name.split(maxsplit=1)[-1] for _, point in diagram.special}
+    assert "direction of a parameter changes" not in diagram.summary()
+    highest = diagram.loci[0].special[-1]
+    assert highest.measured == pytest.approx(highest.orbit.extrema.of("x")[1][0], rel=1e-12)
+    assert diagram.summary().splitlines()[2].split()[-2:] == ["max", "x"]
     orbits = [point.orbit for _, point in diagram.special if point.type == "EVENT"]
     assert [orbit.model.values["F"] for orbit in orbits] == [0.032] * 3
     whole = sf.response(JOINT, "W", (0.9, 1.1), F=0.032, also=orbits)

@@ -60,6 +60,11 @@ class Curve(ABC, Generic[P]):
     odd: tuple[str, ...] = ()
     """Test functions that change their sign with the direction of travel."""
 
+    @property
+    def directions(self) -> int:
+        """Number of parameters, the last components of an unknown: tests find their extrema."""
+        return len(self.odd)
+
     noise = 1e-9
     """Test functions below this are rounding errors: on a family of centers one of them is zero."""
 

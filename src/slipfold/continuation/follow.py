@@ -193,7 +193,7 @@ def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) ->
     # Nothing is stored if an error was raised before.
     last = interval.point.arclength
     within = [item for item in found if item.point.arclength <= last]
-    directions = 0 if interval.leaves or not monitors else len(traced.curve.odd)
+    directions = 0 if interval.leaves or not monitors else traced.curve.directions
     if reverses(interval.before, interval.point, within, directions):
         raise LostCurveError("the curve goes back from one point to the next")
     traced.found += sorted(within, key=lambda item: item.point.arclength)
@@ -222,13 +222,12 @@ def reverses(before: P, after: P, found: Sequence[Found[P]], components: int) ->
 def unexplained_reversal(traced: TracedCurve[P]) -> P | None:
     """Return the first point at which a parameter has an extremum that is no special point.
 
-    None where there is none. The parameters are the last components of an unknown, as many as there
-    are test functions that change their sign with the direction of travel.
+    None where there is none.
     """
     points = list(traced.points)
     if traced.end is not None and traced.end.kind == "closed" and not traced.closes:
         points.pop()  # where another curve begins: it is not computed along this one
-    for component in range(-len(traced.curve.odd), 0):
+    for component in range(-traced.curve.directions, 0):
         for before, extremum, after, rises in _reversals(points, component):
             if traced.departs and before is points[0]:  # its first step is not searched
                 continue

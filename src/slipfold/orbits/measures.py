@@ -56,7 +56,7 @@ class Extremal:
     """
 
     def __init__(self, measure: str, output: str, held: int) -> None:
-        self.measure, self.output, self._held = measure, output, held
+        self.measure, self.output, self.held = measure, output, held
         self._known: tuple[Array | None, list[_Extremum]] = None, []
 
     def gradient(self, orbits: Orbits, z: Array) -> Array:
@@ -88,7 +88,7 @@ class Extremal:
         from scipy.linalg import lu_factor, lu_solve
 
         size = len(gradient)
-        holds = np.eye(1, size, size + self._held)
+        holds = np.eye(1, size, size + self.held)
         rows = plain.jacobian, holds, gradient[None] / np.linalg.norm(gradient)
         whole, last = np.zeros((size + 1, size + 1)), np.eye(1, size + 1, size)[0]
         whole[:size, :size] = np.concatenate(rows)

@@ -206,6 +206,8 @@ SPECIAL = (
            get=lambda point: next(iter(point.coefficients.values()), None)),
     Column("leads_to", WHOLE, "loci started here, 0: no more", None, ("start",), record=True,
            head=None, when="locus"),
+    Column("measured", REAL, "value of the quantity of a locus of extrema; NaN: another locus",
+           record=True, when="measured"),
     STUCK,
     Column("gradients", record=True, when="gradients"),
     Column("gradients", REAL, "derivative of {vary.name} at the point with respect to each "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Annotated, Any, NamedTuple
@@ -268,17 +269,26 @@ class LocusDiagram(CurveDiagram):
 
     def _rows(self) -> PrintedTable:
         """Return the ends and special points of all loci, numbered throughout."""
-        heads = ["LO", "type", "period", "PT", "TY", "LAB", *self.vary, "criticality"]
+        quantities = {locus.quantity for locus in self.loci} - {""}
+        height = ["measured" if len(quantities) > 1 else one for one in sorted(quantities)[:1]]
+        only = self.loci and all(locus.quantity for locus in self.loci)
+        forms = [] if only else ["criticality", "coefficients"]
         lines = []
         for label, (locus, index, kind, values, note, point) in enumerate(self._marks(), 1):
-            named = {} if point is None else point.coefficients
-            word = locus.criticality[index] if point is None else point.criticality
             begin = [locus.id, locus.type, locus.period, index + 1, kind, label]
-            coefficients = ", ".join(f"{name} = {value:.6g}" for name, value in named.items())
-            shown = (f"{value:.10g}" for value in values)
-            lines.append([*map(str, begin), *shown, word or "", coefficients, note])
-        words = ("type", "TY", "criticality", "coefficients", "")
-        return PrintedTable([*heads, "coefficients", ""], lines, words)
+            line = [*map(str, begin), *(f"{value:.10g}" for value in values)]
+            if height:
+                along = math.nan if locus.measured is None else locus.measured[index]
+                measured = along if point is None else point.measured
+                line.append("" if math.isnan(measured) else f"{measured:.6g}")
+            if forms:
+                named = {} if point is None else point.coefficients
+                word = locus.criticality[index] if point is None else point.criticality
+                shown = (f"{name} = {value:.6g}" for name, value in named.items())
+                line += [word or "", ", ".join(shown)]
+            lines.append([*line, note])
+        heads = ["LO", "type", "period", "PT", "TY", "LAB", *self.vary, *height, *forms, ""]
+        return PrintedTable(heads, lines, ("type", "TY", *forms, ""))
 
     def _notes(self) -> list[str]:
         notes = [sentence for locus in self.loci for sentence in self._endings(locus)]

@@ -17,15 +17,21 @@ class ExtremumEquations(LocusEquations):
     """A locus of extrema of a measure along branches in one of two parameters.
 
     Its test function ``measure`` is the derivative of the measure along the locus. Where it is zero
-    the measure has an extremum or a saddle in both parameters.
+    the measure has an extremum or a saddle in both parameters, or the held one turns.
     """
 
-    odd = ("first", "second", "measure")
+    odd = ("measure", "first", "second")
 
     def __init__(self, orbits: Orbits, condition: str, extremal: Extremal) -> None:
         super().__init__(orbits, condition)
         self._extremal = extremal
         self.quantity = f"{extremal.measure} {extremal.output}"
+        self.held = self.odd[extremal.held]
+
+    @property
+    def directions(self) -> int:
+        """The two parameters."""
+        return 2
 
     def tests(
         self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array

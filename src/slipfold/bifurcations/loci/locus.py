@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -51,6 +52,9 @@ class LocusPoint(LocatedPoint):
     ]
     leads_to: Annotated[tuple[int, ...], "Ids of the loci that were started here."] = ()
     kind: Annotated[str, '``"periodic"`` or ``"equilibrium"``.'] = "periodic"
+    measured: Annotated[float, "Value of the quantity of a locus of extrema; NaN: another."] = (
+        math.nan
+    )
 
     def _numbers(self) -> Mapping[str, float | None]:
         pairs = zip(self.vary, self.uncertainty, strict=True)

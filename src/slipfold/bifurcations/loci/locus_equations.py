@@ -78,7 +78,7 @@ class LocusEquations(Critical):
 
     odd: tuple[str, ...] = ("first", "second")
 
-    quantity = ""
+    quantity = held = ""
     """What is measured, as in ``"max x"``, on a locus of extrema; else empty."""
 
     def __init__(self, orbits: Orbits, condition: str) -> None:

@@ -190,12 +190,16 @@ def _as_locus(
         started=followed.started or _first_end(traced, followed.start.found),
         stopped=stopped,
     )
-    judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)
-    measured = None
     if locus.quantity:
         measure, output = locus.quantity.split(" ", 1)
         measured = locus.extrema_of(output).measured(measure, output)
-    return replace(locus, special=tuple(judged), measured=measured)
+        heights = (
+            replace(each, measured=float(each.orbit.extrema.measured(measure, output)[0]))
+            for each in locus.special
+        )
+        return replace(locus, special=tuple(heights), measured=measured)
+    judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)
+    return replace(locus, special=tuple(judged))
 
 
 def _first_end(trace: TracedCurve[OrbitPoint], found: Found | None) -> End:

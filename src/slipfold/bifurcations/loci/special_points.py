@@ -238,6 +238,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
+        if found.type == "measure":  # where the other parameter turns it stands as well
+            return abs(found.point.tests[self._curve.held]) > RULES.vanishes
         if not self._curve.is_spectral:
             return not (found.type in STANDING_STILL and self._turns_at_parent(found.point))
         values, condition = found.point.multipliers, self._curve.condition
