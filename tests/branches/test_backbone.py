@@ -105,6 +105,7 @@ def test_a_backbone_is_saved_and_drawn(tmp_path):
     [
         (model_named("duffing"), {"mode": 2}, "mode = 2, but modes-of-duffing has 1 that vibrate"),
         (model_named("duffing"), {"up_to": 0}, "up_to = 0 is no amplitude; give a finite number"),
+        (model_named("duffing"), {"up_to": "1 s"}, "up_to = '1 s' has the unit 's'"),
         (model_named("duffing"), {"output": "z"}, "has no output 'z'"),
         (model_named("lorenz"), {"output": "x"}, "no state whose rate is another state"),
     ],

@@ -111,6 +111,6 @@ def test_contacts_in_one_place_add_unless_they_all_hold():
         return sf.simulate(model, periods=2).states[-1]
 
     np.testing.assert_allclose(held(LAW, (0.2, 0.3)), held(LAW, (0.5,)), rtol=1e-9)
-    words = "2 contacts would stick at once though fewer hold all that moves"
+    words = "too many contacts would stick at once: fewer than these 2 hold all that moves"
     with pytest.raises(InputError, match=words):
         held(Coulomb(), (0.2, 0.3))

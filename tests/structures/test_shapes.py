@@ -122,6 +122,9 @@ def test_files_of_nodes_and_elements(tmp_path):
     nodes.write_text("node, x, y\n17, a, 0\n")
     with pytest.raises(InputError, match="x = 'a' for the node 17; give a number in m"):
         Mesh.read(nodes)
+    nodes.write_text("node, x, y\n17, 1\n")
+    with pytest.raises(InputError, match="y = '' for the node 17; give a number in m"):
+        Mesh.read(nodes)
     nodes.write_text("name, x, y\n")
     with pytest.raises(InputError, match="must hold node, x, y, of which node is missing"):
         Mesh.read(nodes)
@@ -167,7 +170,12 @@ MISTAKES = {
         lambda: Structure([[1]], None, [[1]], names="q").shapes(line()),
         "no degree of freedom is that of a node of the mesh along ux uy uz",
     ),
-    "states": (lambda: cantilever().shapes(line(), [1.0]), "the states have 1 columns and the str"),
+    "states": (lambda: cantilever().shapes(line(), [1.0]), r"have the shape \(1, 1\), and the"),
+    "NaN": (lambda: cantilever().shapes(line(), [np.nan] * 4 * COUNT), "states are not finite"),
+    "no mode": (lambda: cantilever().shapes(line(), modes=0), "modes = 0; give a whole number"),
+    "a path": (lambda: cantilever().shapes("a.csv"), "mesh = 'a.csv'; give a Mesh"),
+    "scale": (lambda: cantilever().shapes(line()).plot(scale=np.nan), "scale = nan; give a finite"),
+    "folder": (lambda: cantilever().shapes(line()).save("none/a.vtk"), "none/a.vtk cannot be"),
 }
 
 

@@ -60,7 +60,7 @@ def backbone(
     """
     changed = NonlinearMode(checked_model(model).replace(**parameters))
     unit = parse_measured(f"max {output}", changed).unit
-    amplitude = parse_quantity(up_to, unit, output)
+    amplitude = parse_quantity(up_to, unit, "up_to")
     if not 0 < amplitude < math.inf:
         raise InputError(f"up_to = {amplitude:g} is no amplitude; give a finite number > 0")
     chosen, started = checked_settings(settings), perf_counter()

@@ -136,9 +136,9 @@ class Instant:
             except (ZeroDivisionError, np.linalg.LinAlgError):
                 count = sum(status is Status.STICK for status in mode)
                 raise InputError(
-                    f"{count} contacts would stick at once though fewer hold all that moves, so "
-                    "that their forces are not determined; give one contact in place of those "
-                    "along one direction, or Regularized laws"
+                    f"too many contacts would stick at once: fewer than these {count} hold all "
+                    "that moves, so that their forces are not determined; give one contact in "
+                    "place of those along one direction, or Regularized laws"
                 ) from None
             for column, force in zip(stuck, held, strict=True):
                 friction[column] = force

@@ -14,6 +14,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.errors import InputError
 from slipfold.models.model import evaluation_of
 from slipfold.models.nonlinear_mode import NonlinearMode
+from slipfold.models.units import parse_quantity
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.plots.style import MEASURE_NAMES, label_axis, label_output, palette
 from slipfold.results.diagram import Diagram
@@ -25,7 +26,7 @@ BETWEEN = 12
 """Values drawn from one point of a branch to the next: frequencies that meet do so like a root."""
 
 
-def draw_eigenvalues(diagram: Diagram, *, highest: float = math.inf, axes: Any = None) -> Any:
+def draw_eigenvalues(diagram: Diagram, *, highest: float | str = math.inf, axes: Any = None) -> Any:
     """Draw frequencies in Hz above, damping ratios in per cent below; return the two axes.
 
     One color is one mode, from the lowest frequency on; frequencies above `highest` are left out.
@@ -38,12 +39,15 @@ def draw_eigenvalues(diagram: Diagram, *, highest: float = math.inf, axes: Any =
             "which eigenvalues are drawn; follow the equilibria of an autonomous model, such as "
             "model.steady()"
         )
+    reach = 2 * math.pi * parse_quantity(highest, "Hz", "highest")
+    if not reach > 0:
+        raise InputError(f"highest = {highest} Hz; give a number > 0")
     if axes is None:
         axes = plt.subplots(2, 1, sharex=True, layout="constrained")[1]
     upper, lower = axes
     for branch in branches:
         values, eigenvalues = _followed(branch)
-        shown = (eigenvalues.imag > 0) & (eigenvalues.imag <= 2 * math.pi * highest)
+        shown = (eigenvalues.imag > 0) & (eigenvalues.imag <= reach)
         columns = np.flatnonzero(shown.any(axis=0))
         first = np.nanmin(np.where(shown, eigenvalues.imag, np.inf)[:, columns], axis=0)
         columns = columns[np.argsort(first)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -16,6 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.structures.mesh import AXES, Mesh, MeshShapes
+from slipfold.models.units import parse_quantity
 
 COLORS = colormaps["viridis"]
 """Colors of displacements."""
@@ -34,8 +36,10 @@ def draw_shape(
 
     A mesh in a plane of two axes that stays in it is drawn in this plane, others in space.
     """
-    if not 0 <= shape < len(shapes.labels):
-        raise InputError(f"shape = {shape}; give a place from 0 to {len(shapes.labels) - 1}")
+    if not isinstance(shape, Integral) or not 0 <= shape < len(shapes.labels):
+        raise InputError(f"shape = {shape!r}; give a place from 0 to {len(shapes.labels) - 1}")
+    if scale is not None and not np.isfinite(parse_quantity(scale, "", "scale")):
+        raise InputError(f"scale = {scale}; give a finite number")
     mesh, moved = shapes.mesh, shapes.displacements[shape]
     sizes = np.linalg.norm(moved, axis=1)
     extent = float(np.ptp(mesh.points, axis=0).max())

@@ -122,7 +122,7 @@ def palette(count: int) -> tuple[str, ...]:
     >>> palette(2)[0]
     '#0d0887'
     """
-    positions = np.linspace(0.0, 0.74, count) if count > 1 else [0.0]
+    positions = np.linspace(0.0, 0.74, count) if count != 1 else [0.0]
     return tuple(to_hex(mpl.colormaps["plasma"](position)) for position in positions)
 
 

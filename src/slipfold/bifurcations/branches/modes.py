@@ -63,8 +63,8 @@ def balanced_mode(model: NonlinearMode, number: int) -> Balanced:
     vibrating = sorted(values[values.imag > 0].tolist(), key=abs)
     if number > len(vibrating):
         raise InputError(
-            f"mode = {number}, but {model.name} has {len(vibrating)} that vibrate; give 1 to "
-            f"{len(vibrating)}"
+            f"mode = {number}, but {model.name} has {len(vibrating)} that vibrate; give at "
+            f"most {len(vibrating)}"
         )
     value, xi = vibrating[number - 1], 0.0
     for _ in range(RULES.steps):

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
+from numbers import Integral
 from typing import Any, TypeVar
 
 import numpy as np
@@ -74,11 +75,13 @@ class CyclicSymmetry:
         """Check the numbers and the names."""
         for name, least in (("sectors", 2), ("engine_order", 0)):
             value = getattr(self, name)
-            if type(value) is not int or not least <= value <= MOST_SECTORS:
+            whole = isinstance(value, Integral) and not isinstance(value, bool)
+            if not whole or not least <= value <= MOST_SECTORS:
                 raise _about(
                     name,
                     f"{name} = {brief(value)}; give a whole number from {least} to {MOST_SECTORS}",
                 )
+            object.__setattr__(self, name, int(value))
         for name in ("low", "high"):
             object.__setattr__(self, name, _names(getattr(self, name), name))
         if len(self.low) != len(self.high):

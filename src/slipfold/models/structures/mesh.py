@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -130,12 +131,12 @@ class Mesh(OneLine):
             )
         size, count = CELLS[kind].size, len(self.nodes)
         known = isinstance(places, list | tuple) and len(places) == size
-        if not known or not all(type(one) is int and 0 <= one < count for one in places):
+        if not known or not all(isinstance(one, Integral) and 0 <= one < count for one in places):
             raise InputError(
                 f"a {kind} of the mesh has the nodes {brief(places)}; give {size} places from 0 "
                 f"to {count - 1}"
             )
-        return kind, tuple(places)
+        return kind, tuple(map(int, places))
 
     @classmethod
     def read(
@@ -305,7 +306,7 @@ def _table(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
 
 def _coordinate(row: Mapping[str, str], axis: str, path: Path) -> float:
     try:
-        return float(row.get(axis) or 0.0)
+        return float(row.get(axis, "0"))
     except ValueError:
         raise InputError(
             f"{path} has {axis} = {row[axis][:40]!r} for the node {row['node']}; give a number in m"
@@ -417,7 +418,7 @@ class MeshShapes(OneLine):
         Raises
         ------
         InputError
-            If the path ends otherwise.
+            If the path ends otherwise or cannot be written.
         """
         path = Path(path)
         if path.suffix != ".vtk":
@@ -441,7 +442,12 @@ class MeshShapes(OneLine):
             # Names have no blanks in this format.
             name = f"{number}_{'_'.join(label.replace('=', ' ').split())}"
             lines += [f"VECTORS {name} double", *_vectors(shape)]
-        path.write_text("\n".join(lines) + "\n")
+        try:
+            path.write_text("\n".join(lines) + "\n")
+        except OSError as error:
+            raise InputError(
+                f"{path} cannot be written: {error.strerror}; give another path"
+            ) from None
         return path
 
     def _line(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import fields, replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any, Self
 
@@ -21,6 +22,7 @@ from slipfold.models.friction.contact import Contact
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
+from slipfold.models.structures.component import brief
 from slipfold.models.structures.cyclic import Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
@@ -474,19 +476,28 @@ class Structure(MechanicalModel):
             If no degree of freedom is that of a node, or the states have another number.
         """
         assembly = self._assembly
+        if not isinstance(mesh, Mesh):
+            raise InputError(f"mesh = {brief(mesh)}; give a Mesh, such as Mesh.read of a file")
         rows = mesh.rows(assembly.given.names)
         if states is None:
+            if not isinstance(modes, Integral) or modes < 1:
+                raise InputError(f"modes = {brief(modes)}; give a whole number of at least 1")
             squares, few = lowest_modes(self.stiffness_matrix, self.mass_matrix, modes)
             moved = (assembly.basis @ few).T
             frequencies = frequencies_of(squares)
             labels = [f"mode {number}, {f:.4g} Hz" for number, f in enumerate(frequencies, 1)]
         else:
-            given = np.atleast_2d(np.asarray(states, dtype=float))
-            if given.shape[1] != len(self.states):
+            try:
+                given = np.atleast_2d(np.asarray(states, dtype=float))
+            except (TypeError, ValueError):
+                given = np.empty((0, 0))
+            if given.ndim != 2 or given.shape[1] != len(self.states):
                 raise InputError(
-                    f"the states have {given.shape[1]} columns and the structure "
-                    f"{len(self.states)} states; give those of a motion of it"
+                    f"the states have the shape {given.shape}, and the structure has "
+                    f"{len(self.states)} states; give those of a motion of it, a row a time"
                 )
+            if not np.isfinite(given).all():
+                raise InputError("the states are not finite; give those of a motion")
             moved = given[:, : assembly.size] @ assembly.basis.T * assembly.length
             labels = [f"state {number} of {len(moved)}" for number in range(1, len(moved) + 1)]
         padded = np.hstack([moved, np.zeros((len(moved), 1))])  # -1 is a node held in place
