@@ -52,7 +52,7 @@ CASES = {
     ),
     "period below none": ([*RESPONSE, "--largest-period", "-1"], "--largest-period -1"),
     "event of nothing": ([*RESPONSE, "--event", "velocity=1"], "no output 'velocity'", "Vrel"),
-    "event without value": ([*RESPONSE, "--event", "x"], "event 'x'", "MEASURE(NAME)=VALUE"),
+    "event without name": ([*RESPONSE, "--event", "=1"], "event '=1'", "MEASURE(NAME)=VALUE"),
     "simulate no periods": (["simulate", "sliding", "--periods", "0"], "--periods 0", "at least 1"),
     "paper processes": (["paper", "--out", "/dev/null/x", "--processes", "0"], "--processes 0"),
     "locus in one parameter": (["locus", "sliding", "--vary", "f=12:13"], "--vary is given once"),

@@ -30,7 +30,10 @@ def test_what_is_loaded_integrates_nothing_for_summaries_and_files(tmp_path, mon
     def refuse(*given):
         raise AssertionError("a loaded result integrated an orbit")
 
-    for module in ("slipfold.bifurcations.branches.branch", "slipfold.orbits.periodic_orbit"):
+    for module in (
+        "slipfold.bifurcations.branches.solution_curve",
+        "slipfold.orbits.periodic_orbit",
+    ):
         monkeypatch.setattr(sys.modules[module], "find_extrema", refuse)
     copy = load(path)
     copy.summary()

@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of
-from slipfold.flow.modes import Status
+from slipfold.flow.modes import Status, contacts_of
 from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
@@ -249,11 +249,11 @@ def _differentiable(model: Model, start: Array) -> Flow:
     """
     flow = flow_of(model)
     at = start[None], np.zeros(1), flow.constants(model.vector)
-    if np.isfinite(flow.jacobians(*at)).all():
+    if np.isfinite(flow.jacobians(*at)).all() or not contacts_of(model):
         return flow
     switched = hybrid_flow_of(model)
     slips = (Status.FORTH,) * len(switched.contacts)
-    return switched.of(slips) if slips and not switched.planar else flow
+    return flow if switched.planar else switched.of(slips)
 
 
 @dataclass(frozen=True, eq=False)

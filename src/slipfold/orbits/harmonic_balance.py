@@ -190,7 +190,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
             )
             apart = multiplier_difference(before, multipliers) / size
             left_out = float(np.max([left_out, apart]))  # NaN if it is not known
-            if left_out <= BALANCE.spare * tolerance or count == most:
+            if not left_out > BALANCE.spare * tolerance or count == most:
                 break
     left_out = max(left_out, fine.rounding / size)
     apart = multiplier_difference(orbit.multipliers, multipliers)

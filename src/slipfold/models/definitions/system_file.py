@@ -130,7 +130,7 @@ _TAKEN = frozenset(
             "settings",
         ),
         *("on_progress", "plane", "window", "types", "regions", "regimes", "periods", "state"),
-        *("tolerance", "settled", "search", "tori", "gradients", "duration"),
+        *("tolerance", "settled", "search", "tori", "gradients", "duration", "also", "gaps"),
     )
 )
 
