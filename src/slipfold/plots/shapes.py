@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from numbers import Integral
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -16,6 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.models.structures.component import is_whole
 from slipfold.models.structures.mesh import AXES, Mesh, MeshShapes
 from slipfold.models.units import parse_quantity
 
@@ -36,7 +36,7 @@ def draw_shape(
 
     A mesh in a plane of two axes that stays in it is drawn in this plane, others in space.
     """
-    if not isinstance(shape, Integral) or not 0 <= shape < len(shapes.labels):
+    if not is_whole(shape, 0, len(shapes.labels) - 1):
         raise InputError(f"shape = {shape!r}; give a place from 0 to {len(shapes.labels) - 1}")
     if scale is not None and not np.isfinite(parse_quantity(scale, "", "scale")):
         raise InputError(f"scale = {scale}; give a finite number")

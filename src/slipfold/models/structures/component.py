@@ -35,6 +35,12 @@ def brief(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def is_whole(value: Any, least: int, most: float = math.inf) -> bool:
+    """Whether something is a whole number, of Python or NumPy, between two bounds."""
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    return whole and bool(least <= value <= most)
+
+
 def weighted_sum(weights: Iterable[float], symbols: Iterable[Expression]) -> list[Expression]:
     """Return the terms of a sum, without those of weight zero and without factors of one."""
     pairs = zip(map(float, weights), symbols, strict=True)

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from numbers import Integral
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,6 +19,7 @@ from slipfold.models.structures.component import (
     Sector,
     brief,
     degrees_along,
+    is_whole,
 )
 from slipfold.models.structures.contacts import NormalLoad
 from slipfold.models.structures.matrices import MATRICES, Matrix, frequencies_of, lowest_modes
@@ -75,8 +75,7 @@ class CyclicSymmetry:
         """Check the numbers and the names."""
         for name, least in (("sectors", 2), ("engine_order", 0)):
             value = getattr(self, name)
-            whole = isinstance(value, Integral) and not isinstance(value, bool)
-            if not whole or not least <= value <= MOST_SECTORS:
+            if not is_whole(value, least, MOST_SECTORS):
                 raise _about(
                     name,
                     f"{name} = {brief(value)}; give a whole number from {least} to {MOST_SECTORS}",

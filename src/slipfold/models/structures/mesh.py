@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Integral
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +13,7 @@ import numpy as np
 from slipfold.arrays import Array, Indices
 from slipfold.drawing import draw
 from slipfold.errors import InputError, suggest
-from slipfold.models.structures.component import brief
+from slipfold.models.structures.component import brief, is_whole
 from slipfold.models.structures.matrix_files import node_name
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
@@ -131,7 +130,7 @@ class Mesh(OneLine):
             )
         size, count = CELLS[kind].size, len(self.nodes)
         known = isinstance(places, list | tuple) and len(places) == size
-        if not known or not all(isinstance(one, Integral) and 0 <= one < count for one in places):
+        if not known or not all(is_whole(one, 0, count - 1) for one in places):
             raise InputError(
                 f"a {kind} of the mesh has the nodes {brief(places)}; give {size} places from 0 "
                 f"to {count - 1}"

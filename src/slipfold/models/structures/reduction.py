@@ -12,7 +12,7 @@ import numpy as np
 
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
-from slipfold.models.structures.component import brief
+from slipfold.models.structures.component import brief, is_whole
 from slipfold.models.structures.matrices import (
     MATRICES,
     Matrix,
@@ -161,7 +161,7 @@ class Reduction(ABC):
                 "to which to keep them; give one of the two"
             )
         fewest = 1 if self.boundary == () else 0
-        if self.modes is not None and (type(self.modes) is not int or self.modes < fewest):
+        if self.modes is not None and (not is_whole(self.modes, fewest)):
             raise InputError(f"modes = {brief(self.modes)}; give a whole number >= {fewest}")
         if self.up_to is not None:
             value = parse_quantity(self.up_to, "Hz", "up_to")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import fields, replace
-from numbers import Integral
 from pathlib import Path
 from typing import Any, Self
 
@@ -22,7 +21,7 @@ from slipfold.models.friction.contact import Contact
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
-from slipfold.models.structures.component import brief
+from slipfold.models.structures.component import brief, is_whole
 from slipfold.models.structures.cyclic import Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
@@ -480,7 +479,7 @@ class Structure(MechanicalModel):
             raise InputError(f"mesh = {brief(mesh)}; give a Mesh, such as Mesh.read of a file")
         rows = mesh.rows(assembly.given.names)
         if states is None:
-            if not isinstance(modes, Integral) or modes < 1:
+            if not is_whole(modes, 1):
                 raise InputError(f"modes = {brief(modes)}; give a whole number of at least 1")
             squares, few = lowest_modes(self.stiffness_matrix, self.mass_matrix, modes)
             moved = (assembly.basis @ few).T
