@@ -92,6 +92,8 @@ def test_a_backbone_is_saved_and_drawn(tmp_path):
     loaded = sf.load(tmp_path / "mode.nc")
     assert loaded.model == diagram.model
     assert loaded.summary() == diagram.summary()
+    heads = diagram.summary().splitlines()[2].split()
+    assert heads[6:] == ["max", "q", "min", "q", "frequency", "damping_ratio", "stable"]
     frequency, ratio = diagram.plot(kind="backbone")
     assert frequency.get_xlabel() == "frequency (Hz)"
     assert max(ratio.get_lines()[0].get_ydata()) == pytest.approx(2)

@@ -19,7 +19,10 @@ def check_followed(model: Model) -> None:
         try:
             item.check(model.values[item.name])
         except InputError as error:
-            raise InputError(f"{error} but to simulate") from None
+            raise InputError(
+                f"{error} unless it is simulated; without forcing a contact that rests would stick "
+                "for ever: give a law such as Regularized"
+            ) from None
     for name in model.resting:
         raise InputError(
             f"the moving surface of the contact {name} is at rest or swings, so nothing slides on "

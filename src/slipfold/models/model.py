@@ -241,6 +241,11 @@ class Model(ABC):
         """Names of the states or outputs that tables and figures show by default."""
         return tuple(state.name for state in self.states)
 
+    @property
+    def tabulated(self) -> tuple[str, ...]:
+        """Names of those of which the table of a diagram has a column by default."""
+        return self.shown[:2]
+
     def outputs(self) -> tuple[Output, ...]:
         """Quantities of interest in addition to the states."""
         return ()

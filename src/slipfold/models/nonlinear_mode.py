@@ -80,6 +80,11 @@ class NonlinearMode(Unforced):
         """Parameters of the model that remain and may be varied, and ``xi``."""
         return (*super().variable_parameters, XI)
 
+    @property
+    def tabulated(self) -> tuple[str, ...]:
+        """The first displacement, frequency and damping ratio."""
+        return (*self.shown[:1], *OUTPUTS)
+
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse parameter values that the model refuses."""
         super().check({name: value for name, value in values.items() if name != XI.name})

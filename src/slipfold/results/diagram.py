@@ -215,7 +215,7 @@ class Diagram(CurveDiagram):
         ----------
         outputs
             States or outputs of which to show maximum and minimum over the continuous orbit; the
-            first two of the model's `shown` if None.
+            model's `tabulated` if None. What is constant in all orbits has one column.
 
         Raises
         ------
@@ -237,7 +237,7 @@ class Diagram(CurveDiagram):
 
     def _cells(self, outputs: Sequence[str] | None) -> PrintedTable:
         states = [state.name for state in self.model.states]
-        names = list(self.model.shown[:2] if outputs is None else outputs)
+        names = list(self.model.tabulated if outputs is None else outputs)
         known = [*states, *(output.name for output in self.model.outputs())]
         for name in names:
             if name not in known:
@@ -250,8 +250,13 @@ class Diagram(CurveDiagram):
             for mark in marks
         ]
         scales = dict(zip(states, self.model.state_scales().tolist(), strict=True))
-        lines, rounding = [], {}
+        lines, rounding, vary = [], {}, {*names}
+        moving = [
+            each for mark, each in zip(marks, extrema, strict=True) if mark.curve.kind == "periodic"
+        ]
         for name in names:
+            if moving and all(np.array_equal(*each.of(name)) for each in moving):
+                vary.discard(name)
             sizes = (abs(end[0]) for each in extrema for end in each.of(name))
             rounding[name] = ROUNDING * np.nanmax([scales.get(name, 0.0), *sizes])
         for label, (mark, each) in enumerate(zip(marks, extrema, strict=True), 1):
@@ -259,12 +264,16 @@ class Diagram(CurveDiagram):
             reached = [
                 f"{certain(end[0], rounding[name]):.6g}"
                 for name in names
-                for end in reversed(each.of(name))
+                for end in each.of(name)[:: -1 if name in vary else -2]
             ]
             begin = [branch.id, branch.period, mark.row + 1, mark.type, label, f"{value:.10g}"]
             lines.append([*map(str, begin), *reached, _stability(mark), mark.note])
         heads = ["BR", "period", "PT", "TY", "LAB", self.vary]
-        heads += [f"{which} {name}" for name in names for which in ("max", "min")]
+        heads += [
+            f"{which}{name}"
+            for name in names
+            for which in (("max ", "min ") if name in vary else ("",))
+        ]
         return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
 
     def _gradients(self) -> list[PrintedTable | list[str]]:
