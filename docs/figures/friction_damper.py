@@ -142,7 +142,7 @@ def main() -> None:
             print(f"{load} N: {len(branch)} points, peak {peak.value:.4f} Hz, {branch.stopped}")
         (locus,) = sf.locus(peak, ("f", "Ns"), {"f": (14, 45), "Ns": (0.1, 60)}).loci
         best = next(point for point in locus.special if point.name == "smallest max tip")
-        smallest = 1e3 * best.orbit.extrema.of("tip")[1][0]
+        smallest = 1e3 * best.measured
         print(f"best: {best!r}, {smallest:.6g} mm; {len(locus)} points")
         second.plot(locus.values[:, 0], 1e3 * locus.measured, ":", color="black", label="peaks")
         second.plot(best.values[0], smallest, "o", color="black")

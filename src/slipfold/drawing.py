@@ -59,7 +59,7 @@ def draw(thing: object, output: str | None = None, kind: str | None = None, **op
             f"{type(thing).__name__} has no figure; those with one are {', '.join(FIGURES)}"
         )
     ways = FIGURES[names[0]]
-    kind = next(iter(ways)) if kind is None else kind
+    kind = getattr(thing, "default_kind", next(iter(ways))) if kind is None else kind
     if kind not in ways:
         raise InputError(f"kind = {kind!r} is unknown; give {', '.join(ways)}")
     known = _options(ways[kind])

@@ -94,7 +94,7 @@ def test_a_backbone_is_saved_and_drawn(tmp_path):
     assert loaded.summary() == diagram.summary()
     heads = diagram.summary().splitlines()[2].split()
     assert heads[6:] == ["max", "q", "min", "q", "frequency", "damping_ratio", "stable"]
-    frequency, ratio = diagram.plot(kind="backbone")
+    frequency, ratio = diagram.plot()
     assert frequency.get_xlabel() == "frequency (Hz)"
     assert max(ratio.get_lines()[0].get_ydata()) == pytest.approx(2)
     last = diagram.to_dataframe().iloc[-1]

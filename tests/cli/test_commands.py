@@ -260,6 +260,20 @@ def test_plot_of_a_simulation_goes_beside_it_by_default(kind, tmp_path):
     assert (tmp_path / "motion.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize(
+    ("command", "kind"),
+    [
+        (["backbone", "duffing", "--output", "q", "--up-to", "1"], []),
+        (["response", "squeal", "--vary", "mu=0.1:0.2"], ["--kind", "eigenvalues"]),
+    ],
+)
+def test_plot_of_two_axes(command, kind, tmp_path):
+    path = tmp_path / "two.nc"
+    assert run(*command, "--out", str(path)).exit_code == 0
+    assert run("plot", str(path), *kind).exit_code == 0
+    assert (tmp_path / "two.png").read_bytes().startswith(b"\x89PNG")
+
+
 # -- the whole ---------------------------------------------------------------------------------
 
 

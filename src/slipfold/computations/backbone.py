@@ -41,8 +41,7 @@ def backbone(
     Returns
     -------
     Diagram
-        Its branch is the backbone. ``plot(kind="backbone")`` draws frequency and damping ratio over
-        the amplitude.
+        Its branch is the backbone. `plot` draws frequency and damping ratio over the amplitude.
 
     Raises
     ------

@@ -7,13 +7,15 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from scipy.optimize import linear_sum_assignment
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.errors import InputError
+from slipfold.lines import branch_segments
 from slipfold.models.model import evaluation_of
-from slipfold.models.nonlinear_mode import NonlinearMode
+from slipfold.models.nonlinear_mode import OUTPUTS, NonlinearMode
 from slipfold.models.units import parse_quantity
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.plots.style import MEASURE_NAMES, label_axis, label_output, palette
@@ -26,7 +28,7 @@ BETWEEN = 12
 """Values drawn from one point of a branch to the next: frequencies that meet do so like a root."""
 
 
-def draw_eigenvalues(diagram: Diagram, *, highest: float | str = math.inf, axes: Any = None) -> Any:
+def draw_eigenvalues(diagram: Diagram, *, highest: float | str = math.inf, ax: Any = None) -> Any:
     """Draw frequencies in Hz above, damping ratios in per cent below; return the two axes.
 
     One color is one mode, from the lowest frequency on; frequencies above `highest` are left out.
@@ -42,9 +44,7 @@ def draw_eigenvalues(diagram: Diagram, *, highest: float | str = math.inf, axes:
     reach = 2 * math.pi * parse_quantity(highest, "Hz", "highest")
     if not reach > 0:
         raise InputError(f"highest = {highest} Hz; give a number > 0")
-    if axes is None:
-        axes = plt.subplots(2, 1, sharex=True, layout="constrained")[1]
-    upper, lower = axes
+    upper, lower = axes = _two(ax, 2, 1, sharex=True)
     for branch in branches:
         values, eigenvalues = _followed(branch)
         shown = (eigenvalues.imag > 0) & (eigenvalues.imag <= reach)
@@ -75,7 +75,7 @@ def draw_eigenvalues(diagram: Diagram, *, highest: float | str = math.inf, axes:
 
 
 def draw_backbone(
-    diagram: Diagram, output: str | None = None, *, color: str = "black", axes: Any = None
+    diagram: Diagram, output: str | None = None, *, color: str = "black", ax: Any = None
 ) -> Any:
     """Draw the amplitude of a nonlinear mode; return the two axes.
 
@@ -85,21 +85,32 @@ def draw_backbone(
     model = diagram.model
     if not isinstance(model, NonlinearMode):
         raise InputError(f"{model.name} is not a nonlinear mode; slipfold.backbone follows one")
-    if axes is None:
-        axes = plt.subplots(1, 2, sharey=True, layout="constrained")[1]
-    left, right = axes
+    left, right = axes = _two(ax, 1, 2, sharey=True)
     output = output or next((event.name for event in diagram.events), model.shown[0])
     for branch in diagram.branches:
-        if branch.kind == "equilibrium" or branch.durations is None:
-            continue
-        height = branch.extrema_of(output).of(output)[1]
-        ratios = 100 * branch.parameter * branch.durations / (4 * math.pi)
-        for ax, along in ((left, 1 / branch.durations), (right, ratios)):
-            ax.plot(along, height, color=color)
+        names = (output, *OUTPUTS)
+        height, frequency, ratio = (
+            np.concatenate([line.value for line in branch_segments(branch, name)]) for name in names
+        )
+        left.plot(frequency, height, color=color)
+        right.plot(100 * ratio, height, color=color)
     left.set_xlabel("frequency (Hz)")
     right.set_xlabel("damping ratio (%)")
     label_output(left, "y", model, output, MEASURE_NAMES["max"])
     return axes
+
+
+def _two(ax: Any, rows: int, columns: int, **shared: Any) -> Any:
+    """Return two axes: those given, in place of one, or of a new figure."""
+    if ax is None:
+        return plt.subplots(rows, columns, layout="constrained", **shared)[1]
+    if not isinstance(ax, Axes):
+        return ax
+    place = ax.get_subplotspec()
+    if place is None:
+        raise InputError("the axes are no subplot; give one, or two axes")
+    ax.remove()
+    return place.subgridspec(rows, columns).subplots(**shared)
 
 
 def _followed(branch: Branch) -> tuple[Array, Complex]:

@@ -19,6 +19,7 @@ from slipfold.errors import InputError, suggest
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.coexisting import gaps_between
 from slipfold.models.model import Model
+from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, FOLLOWED_TYPES
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
@@ -203,6 +204,11 @@ class Diagram(CurveDiagram):
     @property
     def _curves(self) -> tuple[Branch, ...]:
         return self.branches
+
+    @property
+    def default_kind(self) -> str:
+        """Kind of figure that is drawn without one asked for."""
+        return "backbone" if isinstance(self.model, NonlinearMode) else "response"
 
     @property
     def _spans(self) -> dict[str, tuple[float, float]]:

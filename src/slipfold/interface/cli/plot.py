@@ -33,7 +33,8 @@ PlotKind = Annotated[
     Option(
         "What to draw: of a simulation timeseries, spectrum or phase, and of its contacts "
         "hysteresis, friction, path, track or timeline; of a sweep points, section or waterfall; "
-        "of a response the spectrum of a torus, or the eigenvalues of equilibria.",
+        "of a response the spectrum of a torus, the eigenvalues of equilibria, or a "
+        "backbone.",
         metavar="KIND",
     ),
 ]
