@@ -14,7 +14,17 @@ HELPERS = runpy.run_path(str(GALLERY.parent / "conf.py"))["sphinx_gallery_conf"]
 PAGES = sorted(path for path in GALLERY.rglob("*.py") if not re.search(HELPERS, path.name))
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+# These systems are those of tests/docs/test_demos.py, and compiling them takes ten seconds.
+LONG = ("bifurcationkit",)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.long if page.stem in LONG else (), id=page.stem)
+        for page in PAGES
+    ],
+)
 def test_page_agrees_with_what_is_published(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import matplotlib.pyplot as plt
 
