@@ -256,11 +256,11 @@ Types = Annotated[
         "Types of bifurcation to follow: LP, PD, NS, BP, HB of an autonomous model, and GRAZE, "
         "STICK and LIFT, where contacts begin to graze, stick or lift off; all by default.",
         "texts",
-        "LP|PD|NS|BP|HB|GRAZE|LIFT|STICK",
+        "LP|PD|NS|BP|HB|GRAZE|LIFT|STICK|MAX|MIN",
         flags=("--type",),
         command_help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, branch "
         "point, Hopf of an autonomous model, where contacts begin to stick or to lift off; all by "
-        "default. With RESPONSE.nc, type of its points to start from.",
+        "default. With RESPONSE.nc, type of its points to start from, MAX and MIN among them.",
     ),
 ]
 OrbitPeriods = Annotated[

@@ -61,6 +61,7 @@ CASES = {
     "regimes without regions": ([*LOCUS, "--regimes", "60x50"], "(60, 50) needs regions"),
     "regimes on no grid": ([*LOCUS, "--regions", "--regimes", "0x9"], "--regimes 0 is not a whole"),
     "label of a model": ([*LOCUS, "--label", "2"], "--label is for a saved", "sliding is a model"),
+    "event of a model": ([*LOCUS, "--event", "y=1"], "--event is for a saved", "leave it out"),
     "only of a model": ([*LOCUS, "--only"], "--only is for a saved response", "leave it out"),
     "locus of a file that is not there": (
         ["locus", "no.nc", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no.nc cannot be read",

@@ -260,6 +260,18 @@ def test_plot_of_a_simulation_goes_beside_it_by_default(kind, tmp_path):
     assert (tmp_path / "motion.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_ridge_of_a_peak(tmp_path):
+    path = str(tmp_path / "peak.nc")
+    peak = ("--set", "F=0.05", "--event", "max(q)", "--out", path)
+    assert run("response", "duffing", "--vary", "W=0.8:1.4", *peak).exit_code == 0
+    window = ("--vary", "W=0.8:1.4", "--vary", "F=0.02:0.1")
+    result = run("locus", path, *window, "--type", "MAX", "--event", "F=0.04")
+    assert result.exit_code == 0
+    assert "max q" in result.stdout.splitlines()[2]
+    (at,) = (line for line in result.stdout.splitlines() if "EVENT" in line)
+    assert at.endswith("parameter F = 0.04")
+
+
 @pytest.mark.parametrize(
     ("command", "kind"),
     [

@@ -411,7 +411,7 @@ EVENTS = optional(
 def _read_events(texts: Values, values: Values) -> Values:
     return {
         "events": [
-            parse_event(text, values["model"], values["vary"], stop=name == "stop_at")
+            parse_event(text, values["model"], [values["vary"]], stop=name == "stop_at")
             for name in ("event", "stop_at")
             for text in texts[name] or ()
         ]

@@ -16,7 +16,7 @@ from slipfold.interface.cli.commands import (
     read_varied,
     vary_option,
 )
-from slipfold.interface.cli.reading import find_model, parse_assignments
+from slipfold.interface.cli.reading import find_model, parse_assignments, parse_event
 from slipfold.options import Regimes, Regions, Types
 
 if TYPE_CHECKING:
@@ -62,6 +62,16 @@ Labels = Annotated[
         flags=("--label",),
     ),
 ]
+LocusEvents = Annotated[
+    list[str] | None,
+    Option(
+        "With RESPONSE.nc, locate where an output of the orbits of a locus takes a value, or one "
+        'of the two parameters: F=0.03, "max(x)=0.3".',
+        "texts",
+        "[MEASURE](NAME)=VALUE",
+        flags=("--event",),
+    ),
+]
 Only = Annotated[
     bool,
     Option(
@@ -75,6 +85,7 @@ def locus(
     given: Values,
     *,
     label: Labels = None,
+    event: LocusEvents = None,
     only: Only = False,
     type_: Types = None,
     period: Periods = None,
@@ -91,7 +102,7 @@ def locus(
 
     name = given["model"]
     saved = name.lower().endswith(".nc")
-    ours = {"--label": label, "--only": only}
+    ours = {"--label": label, "--event": event, "--only": only}
     theirs = {"--set": given["set_"], "--friction": given["friction"]}
     theirs |= {"--regions": regions, "--regimes": regimes}
     kinds = "a saved response", "a model"
@@ -121,7 +132,8 @@ def locus(
             for name, (low, high) in zip(names, spans, strict=True)
         )
     ]
-    return follow(inside or points, names, spans, switch=not only, **common)
+    events = [parse_event(text, response.model, names) for text in event or ()]
+    return follow(inside or points, names, spans, switch=not only, events=events, **common)
 
 
 def load_response(path: str) -> Diagram:

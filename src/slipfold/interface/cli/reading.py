@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -154,11 +154,11 @@ def parse_whole(text: str, option: str, minimum: int = 1, maximum: int | None = 
     return value
 
 
-def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
+def parse_event(text: str, model: Model, varied: Collection[str], stop: bool = False) -> Event:
     """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``, or the same without a value.
 
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
+    >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), ["Nd"])
     Event(name='Vrel', value=0.2, measure='min', stop=False)
     """
     from slipfold.bifurcations.branches.settings import Event
@@ -172,16 +172,14 @@ def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event
             'write e.g. "min(Vrel)=0.2", or "max(x)" for where that has an extremum'
         )
     measure, name, value = match[1], match[2] or match[3], match[4]
-    if name == vary and measure is None:
-        unit = model.parameter(vary).unit
+    if name in varied and measure is None:
+        unit = model.parameter(name).unit
         wanted = None if value is None else parse_quantity(value, unit, name)
         return Event(name, wanted, "parameter", stop)
     units = {state.name: state.unit for state in model.states}
     units |= {output.name: output.unit for output in model.outputs()}
     if name not in units:
-        raise InputError(
-            f"{model.name} has no output {name!r}; {suggest(name, [*units, vary])}"
-            f"it has {', '.join(units)}"
-        )
+        near = "" if name in varied else suggest(name, [*units, *varied])
+        raise InputError(f"{model.name} has no output {name!r}; {near}it has {', '.join(units)}")
     wanted = None if value is None else parse_quantity(value, units[name], name)
     return Event(name, wanted, measure or "max", stop)
