@@ -106,13 +106,22 @@ def every_part():
             sparse.diags_array(np.linspace(1, 2, 700)) / 3,
             reduction=sf.ModalReduction(up_to=0.092),
         ).replace(duration=3),
+        sf.Structure(
+            np.diag([1.0, 0.0]),
+            sf.ModalDamping(0.1),
+            [[1.3, -0.3], [-0.3, 0.3]],
+            names="tip neighbor",
+            cyclic=sf.CyclicSymmetry(8, 2, "tip", "neighbor"),
+            forcing=sf.HarmonicForce("tip", F=2.0),
+        ),
     ],
-    ids=["frame", "every part", "one mass", "sparse"],
+    ids=["frame", "every part", "one mass", "sparse", "sectors"],
 )
 def test_tables_make_the_same_structure_again(model):
     tables = json.loads(json.dumps(model.to_tables()))
     again = sf.Structure.from_tables(tables)
     assert again == model
+    assert sf.Structure.from_toml(model.to_toml()) == model
     assert again.name == model.name
     assert again.title == model.title
     for ours, theirs in zip(

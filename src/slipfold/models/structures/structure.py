@@ -273,7 +273,7 @@ class Structure(MechanicalModel):
         """
         from slipfold.models.structures.files import structure_text
 
-        return structure_text(self._assembly.definition, self._values)
+        return structure_text(self._assembly.given, self._values)
 
     # -- what a model gives --------------------------------------------------------------------
 
