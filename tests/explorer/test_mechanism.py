@@ -60,3 +60,15 @@ def test_what_has_no_masses_or_too_many_is_not_drawn():
     assert mechanism_of(sf.Structure(M=np.eye(60), K=np.eye(60))) is None
     beam = sf.Structure(M=np.eye(3), K=np.diag([1, 2, 3]), reduction=sf.FreeInterface(2))
     assert mechanism_of(beam) is None
+
+
+def test_contacts_of_sectors_have_names_of_their_own():
+    disk = sf.Structure(
+        M=np.diag([1, 0]),
+        K=[[2, -1], [-1, 1]],
+        names="u next",
+        cyclic=sf.CyclicSymmetry(4, 2, "u", "next"),
+        contacts=sf.FrictionContact("u", sf.Coulomb(), load=1, Vd=0, name="pad"),
+        forcing=sf.HarmonicForce("u", F=1),
+    )
+    assert [each["name"] for each in mechanism_of(disk)["contacts"]] == ["pad", "pad_s1"]
