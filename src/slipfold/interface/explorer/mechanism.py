@@ -83,7 +83,9 @@ def _of_structure(model: Structure) -> dict[str, Any] | None:
         component = placed.component
         if isinstance(component, FrictionContact):
             moves = assembly.own_values(placed, model.values)["Vd"] > 0
-            contacts.append({"name": component.label or "contact", "bodies": bodies, "moves": moves})
+            contacts.append(
+                {"name": component.label or "contact", "bodies": bodies, "moves": moves}
+            )
         elif isinstance(component, PeriodicForce):
             forces += bodies
         elif 0 < len(bodies) <= 2:
