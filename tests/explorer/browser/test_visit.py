@@ -7,6 +7,16 @@ from helpers.explorer_page import DIAGRAM, ExplorerPage
 
 WIDTHS = (900, 1280, 1600, 1920)
 
+ON_ITS_LINE = """
+() => {
+  const [line, dot] = ["path.line", ".cursors .dot"]
+    .map((what) => document.querySelector(`#plot-phase ${what}`));
+  const [x, y] = dot.getAttribute("d").match(/[\\d.]+/g).map(Number);
+  return line.isPointInStroke(new DOMPoint(x, y));
+}
+"""
+"""Whether the moving dot of the phase portrait is where the orbit is drawn."""
+
 
 def without_a_file(route):
     """Answer as if the command had been given no model of one's own, which else comes first."""
@@ -76,6 +86,14 @@ def test_it_can_be_read_in_both_themes_and_every_width(new_tab, theme):
             arg=[DIAGRAM, width],
         )
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate(ON_ITS_LINE)
+    page.get_by_role("button", name="Edit the model").click()
+    page.set_viewport_size({"width": 400, "height": 800})
+    editor = page.locator("#editor")
+    for button in editor.get_by_role("button").all():
+        box = button.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 400
 
 
 def test_a_lost_connection_comes_back(new_tab):

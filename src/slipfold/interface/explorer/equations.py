@@ -211,7 +211,7 @@ def _load(load: NormalLoad, own: Mapping[str, str]) -> str:
 
 def _call(part: Any, own: Mapping[str, str]) -> str:
     """Name a part with its parameters, where a formula would be long."""
-    return f"{type(part).__name__}({', '.join(own.get(key, key) for key in part.values)})"
+    return f"{part.title}: {', '.join(own.get(key, key) for key in part.values)}"
 
 
 def _coefficient(law: FrictionLaw, named: Mapping[str, str]) -> str:

@@ -190,7 +190,7 @@ export class BasinsPanel {
 
   #take({ far, done, ...picture }) {
     if (far) {
-      this.#working(`${far[0]} of ${far[1]} starts have come to something…`);
+      this.#working(`${far[0]} of ${far[1]} starts have settled…`);
       return;
     }
     this.#plot.show(picture);

@@ -3,7 +3,7 @@
 import { MARKERS, placeOfSpecial } from "./diagram_data.js";
 import { Choice, element, icon, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
-import { axisTitle, display, withUnit } from "./quantities.js";
+import { display, withUnit } from "./quantities.js";
 import {
   STATISTICS, initialView, inside, spanOf, withPin, withPinName, withStart, withVaried, withoutPin,
 } from "./view.js";
@@ -91,7 +91,7 @@ export class DiagramControls {
 }
 
 function option(quantity) {
-  return { value: quantity.name, text: axisTitle(quantity), title: quantity.doc };
+  return { value: quantity.name, text: quantity.label ?? quantity.name, title: quantity.doc };
 }
 
 const CROSS = "M4 4l8 8M12 4l-8 8";

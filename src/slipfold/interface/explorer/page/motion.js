@@ -8,6 +8,9 @@ import { SoundControl } from "./sound.js";
 /** Lines of a spectrum below the largest by so many decades are not drawn. */
 const DECADES = 6;
 
+/** A motion whose extent is so small a part of its value stands still: what remains is rounding. */
+const STILL = 1e-9;
+
 /** References of levels by unit (ISO 1683), with their names. */
 const REFERENCES = {
   m: [1e-12, "1 pm"], "m/s": [1e-9, "1 nm/s"], "m/s^2": [1e-6, "1 µm/s²"], N: [1e-6, "1 µN"], W: [1e-12, "1 pW"], J: [1e-12, "1 pJ"],
@@ -77,13 +80,19 @@ function drawPortrait(plot, { motion, across, up, isForced }) {
   });
 }
 
+/** Whether values differ by no more than rounding does. */
+function isStill(values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  return high - low <= STILL * Math.max(Math.abs(low), Math.abs(high));
+}
+
 function drawSection(plot, { motion: { section, frequency }, across, up }) {
   const [first, second] = [across, up].map((quantity) => valuesOf(section.columns, quantity));
   // At a passage of the first quantity it has one value: the second one is drawn over that before.
   const isPassing = section.level !== null;
   const [x, y] = isPassing ? [second.slice(0, -1), second.slice(1)] : [first, second];
   const where = isPassing
-    ? `when ${across.label ?? across.name} passes ${formatted(section.level * display(across).factor, 3)} upward`
+    ? !x.length ? `${across.label ?? across.name} never passes its mean` : `when ${across.label ?? across.name} passes ${formatted(section.level * display(across).factor, 3)} upward`
     : "at phase zero of the forcing";
   plot.draw({
     x: { label: isPassing ? `${axisTitle(up)}, one passage before` : axisTitle(across) },
@@ -96,6 +105,10 @@ function drawSection(plot, { motion: { section, frequency }, across, up }) {
 function drawSpectrum(plot, { motion, across, scale }) {
   const { frequency, amplitude } = motion.spectrum;
   const values = valuesOf(amplitude, across);
+  if (isStill(valuesOf(motion.columns, across))) {
+    plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: axisTitle(across), rows: [] }, lines: [], notes: ["It stands still."] }, "Spectrum: it stands still");
+    return;
+  }
   const largest = Math.max(...values.slice(1), 1e-300);
   const { level, label } = leveled(scale, across, largest);
   const kept = values.map((_, i) => i).filter((i) => values[i] > largest * 10 ** -DECADES);

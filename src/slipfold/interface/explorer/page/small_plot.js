@@ -43,6 +43,7 @@ export class SmallPlot {
   #clip;
   #isEqual;
   #picture = null;
+  #cursor = {};
   #map = null;
 
   /**
@@ -87,8 +88,10 @@ export class SmallPlot {
    * Move the cursor: a line across, and dots.
    * @param {{x?: number, dots?: {x: number, y: number, tint: string}[]}} cursor
    */
-  point({ x, dots = [] }) {
+  point(cursor) {
+    this.#cursor = cursor;
     if (!this.#map) return;
+    const { x, dots = [] } = cursor;
     const nodes = [...this.#cursors.children];
     const wanted = (x === undefined ? 0 : 1) + dots.length;
     while (nodes.length < wanted) nodes.push(this.#cursors.appendChild(svg("path", {})));
@@ -111,6 +114,7 @@ export class SmallPlot {
     this.#map = mapOf(this.#picture, width, height, this.#isEqual);
     this.#drawAxes(width, height);
     this.#drawInk();
+    this.point(this.#cursor);
   }
 
   #drawAxes(width, height) {
@@ -120,16 +124,20 @@ export class SmallPlot {
     const nodes = [];
     const text = (content, attributes) => nodes.push(svg("text", attributes, content));
     const grid = [];
-    for (const value of xAxis.ticks ?? ticks(xRange, Math.max((right - left) / 55, 3))) {
+    const across = xAxis.ticks ?? apart(xRange, right - left);
+    for (const [i, label] of labelsOf(across).entries()) {
+      const value = across[i];
       grid.push(`M${x(value).toFixed(1)} ${top}V${bottom}`);
-      text(formatted(value), { x: x(value), y: bottom + 13, "text-anchor": "middle" });
+      text(label, { x: x(value), y: bottom + 13, "text-anchor": "middle" });
     }
     const decades = yAxis.isLog;
     (yAxis.rows ?? []).forEach((name, row) =>
       text(name, { x: left - 6, y: y(row) + 4, "text-anchor": "end" }));
-    for (const value of yAxis.rows ? [] : yTicks(yRange, top, bottom, decades)) {
+    const up = yAxis.rows ? [] : yTicks(yRange, top, bottom, decades);
+    const labels = labelsOf(up);
+    for (const [i, value] of up.entries()) {
       grid.push(`M${left} ${y.linear(value).toFixed(1)}H${right}`);
-      const label = decades ? powerOfTen(value) : [formatted(value)];
+      const label = decades ? powerOfTen(value) : [labels[i]];
       nodes.push(svg("text", { x: left - 5, y: y.linear(value) + 4, "text-anchor": "end" }, ...label));
     }
     nodes.unshift(svg("path", { class: "grid", d: grid.join("") }));
@@ -187,7 +195,7 @@ function mapOf({ x, y, lines, dots = [], clouds = [], stems = [] }, width, heigh
   let yRange = y.range ??
     padded([...all.flatMap((line) => line.y), ...dots.map((dot) => dot.y)].map(scale), 0.08);
   // Long numbers need room beside the title, and so do names.
-  const beside = y.rows ?? yTicks(yRange, top, bottom, y.isLog).map((value) => formatted(value));
+  const beside = y.rows ?? labelsOf(yTicks(yRange, top, bottom, y.isLog));
   const longest = Math.max(...beside.map((text) => text.length));
   if (!y.isLog) left = Math.max(left, (y.rows ? 10 : TITLE) + DIGIT * longest);
   if (isEqual) [xRange, yRange] = equal(xRange, yRange, right - left, bottom - top);
@@ -198,6 +206,22 @@ function mapOf({ x, y, lines, dots = [], clouds = [], stems = [] }, width, heigh
     y: Object.assign((value) => linear(scale(value)), { linear }),
     dataX: (pixel) => xRange[0] + ((pixel - left) / (right - left)) * (xRange[1] - xRange[0]),
   };
+}
+
+/** Evenly spaced numbers as text, with as many digits as tell one from the next. */
+function labelsOf(values) {
+  const largest = Math.max(...values.map(Math.abs));
+  const digits = values.length > 1 ? Math.ceil(Math.log10(largest / (values[1] - values[0]))) + 2 : 0;
+  return values.map((value) => formatted(value, Math.min(Math.max(digits, 4), 12)));
+}
+
+/** Round numbers across a width, as many as have room for their digits. */
+function apart(range, width) {
+  const fits = (values) => values.length * (Math.max(...labelsOf(values).map((label) => label.length)) + 1) * DIGIT <= width;
+  let count = Math.max(width / 55, 3);
+  let values = ticks(range, count);
+  while (values.length > 2 && !fits(values)) values = ticks(range, (count /= 1.3));
+  return values;
 }
 
 function yTicks(range, top, bottom, isLog) {

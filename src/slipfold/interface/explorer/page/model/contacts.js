@@ -91,7 +91,7 @@ function loop(id, title, word, unit, over) {
       plot.draw({
         x: { label: labeled(word, contacts[0].units[unit]) },
         y: { label: labeled("friction", contacts[0].units[2]) },
-        lines: [...inFront(lines), ...legendOf(names)],
+        lines: [...inFront(lines), ...legendOf(names, contacts)],
       });
     },
     point: ({ contacts }, time) => plot.point({
@@ -116,7 +116,7 @@ function path() {
       plot.draw({
         x: { label: labeled("x", contacts[0].units[0]) },
         y: { label: labeled("y", contacts[0].units[0]) },
-        lines: [...inFront(lines), ...legendOf(contacts.map(({ name }) => name))],
+        lines: [...inFront(lines), ...legendOf(contacts.map(({ name }) => name), contacts)],
       });
     },
     point: ({ contacts }, time) => plot.point({
@@ -148,10 +148,11 @@ function inFront(lines) {
   return [...lines.filter((line) => !isStuck(line)), ...lines.filter(isStuck)];
 }
 
-/** What lines mean: their colors if there are several, and the thick ones. */
-function legendOf(names) {
+/** What lines mean: their colors if there are several, and the thick ones if any contact sticks. */
+function legendOf(names, contacts) {
   const several = names.length > 1 ? names.map((name, i) => ({ x: [], y: [], tint: `tint-${(i % 3) + 1}`, name })) : [];
-  return [...several, { x: [], y: [], tint: `${names.length > 1 ? "" : "tint-1 "}stuck`, name: "sticks" }];
+  const isStuck = contacts.some(({ pieces }) => pieces.some(({ state }) => state === "stick"));
+  return isStuck ? [...several, { x: [], y: [], tint: `${names.length > 1 ? "" : "tint-1 "}stuck`, name: "sticks" }] : several;
 }
 
 /** What a contact does at a time. */

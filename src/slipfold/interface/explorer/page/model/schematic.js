@@ -12,8 +12,8 @@ const HATCH = 10;
 /** Displacements across the row, by how names begin. */
 const ACROSS = /^[yzw]/;
 
-/** Most letters of a name that is written below its mass. */
-const LONGEST_NAME = 5;
+/** Width of a letter of a name that is written below its mass, if it has room there. */
+const LETTER = 6.5;
 
 /**
  * @typedef {object} Parts the server's, of a model
@@ -99,7 +99,7 @@ export class Schematic {
     }));
     const names = masses.map(({ names, home }) => {
       const name = names.join(", ");
-      return name.length <= LONGEST_NAME && masses.length <= 12
+      return name.length * LETTER <= spacing && masses.length <= 12
         ? svg("text", { class: "part-name", x: home[0], y: middle + half + 24, "text-anchor": "middle" }, name) : null;
     });
     set(this.#drawing, {
