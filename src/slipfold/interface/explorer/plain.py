@@ -109,14 +109,20 @@ def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
     }
 
 
+OPTION = re.compile(r"\(--\w|allow a larger duration")
+"""What names an option of the command line or of Python, which a page does not have."""
+
+
 def without_options(sentence: str) -> str:
     """Return a sentence without the clauses that name options of the command line.
 
     >>> without_options("touches Vrel = 0; no orbit was found beyond; start there (--start)")
     'touches Vrel = 0; no orbit was found beyond'
+    >>> without_options("the duration grew; allow a larger duration to continue")
+    'the duration grew'
     """
     parts = sentence.split("; ")
-    return "; ".join(part for part in parts if not re.search(r"\(--\w", part)) or sentence
+    return "; ".join(part for part in parts if not OPTION.search(part)) or sentence
 
 
 def short(values: ArrayLike) -> list[float]:

@@ -72,10 +72,11 @@ function unitOf(quantity) {
 function drawPortrait(plot, { motion, across, up, isForced }) {
   const [x, y] = [across, up].map((quantity) => valuesOf(motion.columns, quantity));
   const each = x.length / motion.periods;
-  const starts = isForced ? x.map((_, i) => i).filter((i) => i % each === 0) : [];
+  // What stands still is a dot, not a line without length.
+  const starts = isStill(x) ? [0] : isForced ? x.map((_, i) => i).filter((i) => i % each === 0) : [];
   plot.draw({
     x: { label: axisTitle(across) }, y: { label: axisTitle(up) },
-    lines: x.length && y.length ? [{ x, y, tint: "tint-1" }] : [],
+    lines: x.length && y.length && !isStill(x) ? [{ x, y, tint: "tint-1" }] : [],
     dots: y.length ? starts.map((i) => ({ x: x[i], y: y[i], tint: "stroboscopic" })) : [],
   });
 }
@@ -83,7 +84,7 @@ function drawPortrait(plot, { motion, across, up, isForced }) {
 /** Whether values differ by no more than rounding does. */
 function isStill(values) {
   const [low, high] = [Math.min(...values), Math.max(...values)];
-  return high - low <= STILL * Math.max(Math.abs(low), Math.abs(high));
+  return values.length > 0 && high - low <= STILL * Math.max(Math.abs(low), Math.abs(high));
 }
 
 function drawSection(plot, { motion: { section, frequency }, across, up }) {
