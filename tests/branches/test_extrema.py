@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
+from tests.helpers.dry_friction import rubbing
 
 import slipfold as sf
 from slipfold.models.registry import model_named
@@ -18,19 +19,7 @@ LINEAR = sf.System(
     outputs={"a": "F*cos(W*t) - 2*D*v - x"},
 )
 
-DRY = sf.System(
-    name="dry oscillator",
-    parameters={"W": 0.7, "F": 1.0, "mu": 0.5},
-    states={"x": "v", "v": "F*cos(W*t) - 0.1*v - x + R"},
-    forcing={"period": "2*pi/W", "amplitude": "F"},
-    contacts={
-        "R": {
-            "slip": "-v",
-            "normal": "1",
-            "friction": {"law": "Coulomb", "mu_s": "mu", "mu_k": "mu"},
-        }
-    },
-)
+DRY = rubbing(W=0.7)
 
 
 def extrema(model, vary, span, *events, **options):

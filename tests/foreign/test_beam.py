@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq, root
+from tests.helpers.beams import free_beam
 
 import slipfold as sf
 from slipfold.bifurcations.branches.start import measured_over
@@ -20,17 +21,9 @@ HARMONICS, SAMPLES = 24, 256
 
 
 def matrices(count):
-    """Mass and stiffness of Euler-Bernoulli elements: deflection and slope at each node."""
-    l = LENGTH / count  # noqa: E741
-    bent = [[12, 6 * l, -12, 6 * l], [6 * l, 4 * l**2, -6 * l, 2 * l**2]]
-    bent += [[-12, -6 * l, 12, -6 * l], [6 * l, 2 * l**2, -6 * l, 4 * l**2]]
-    moved = [[156, 22 * l, 54, -13 * l], [22 * l, 4 * l**2, 13 * l, -3 * l**2]]
-    moved += [[54, 13 * l, 156, -22 * l], [-13 * l, -3 * l**2, -22 * l, 4 * l**2]]
-    mass, stiffness = np.zeros((2, 2 * count + 2, 2 * count + 2))
-    for first in range(0, 2 * count, 2):
-        own = slice(first, first + 4)
-        stiffness[own, own] += BENDING / l**3 * np.array(bent)
-        mass[own, own] += DENSITY * WIDTH * HEIGHT * l / 420 * np.array(moved)
+    """Mass and stiffness of a clamped beam: deflection and slope at each node."""
+    heavy = DENSITY * WIDTH * HEIGHT
+    mass, stiffness = free_beam(count, length=LENGTH, stiffness=BENDING, density=heavy)
     return mass[2:, 2:], stiffness[2:, 2:]
 
 

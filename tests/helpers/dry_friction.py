@@ -61,6 +61,23 @@ def den_hartog(frequency, slip, stick=None):
     )
 
 
+def rubbing(**values):
+    """A damped oscillator on a floor, forced, with formulas: its friction is a parameter."""
+    return sf.System(
+        name="dry oscillator",
+        parameters={"W": 0.7, "F": 1.0, "mu": 0.5, **values},
+        states={"x": "v", "v": "F*cos(W*t) - 0.1*v - x + R"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
+        contacts={
+            "R": {
+                "slip": "-v",
+                "normal": "1",
+                "friction": {"law": "Coulomb", "mu_s": "mu", "mu_k": "mu"},
+            }
+        },
+    )
+
+
 def two_masses(friction=(1.0, 1.3), speed=0.15):
     """Two masses on a belt, coupled with 1.2, under Fs/(1 + 3|v|)."""
     contacts = [

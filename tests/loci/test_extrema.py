@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.helpers.dry_friction import rubbing
 
 import slipfold as sf
 from slipfold.models.registry import model_named
@@ -109,20 +110,7 @@ def test_ridge_of_equilibria():
 
 
 def test_ridge_of_orbits_that_stick():
-    model = sf.System(
-        name="dry oscillator",
-        parameters={"W": 0.9, "F": 1.0, "mu": 0.5},
-        states={"x": "v", "v": "F*cos(W*t) - 0.1*v - x + R"},
-        forcing={"period": "2*pi/W", "amplitude": "F"},
-        contacts={
-            "R": {
-                "slip": "-v",
-                "normal": "1",
-                "friction": {"law": "Coulomb", "mu_s": "mu", "mu_k": "mu"},
-            }
-        },
-    )
-    (point,) = peaks(model, "W", (0.9, 1.1), settled=True)
+    (point,) = peaks(rubbing(W=0.9), "W", (0.9, 1.1), settled=True)
     (locus,) = sf.locus(point, ("W", "mu"), ((0.8, 1.1), (0.45, 0.6))).loci
     assert len(locus) > 2
     assert np.ptp(locus.values[:, 1]) == pytest.approx(0.15, rel=1e-9)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 from scipy.linalg import eigh
+from tests.helpers.beams import free_beam
 
 from slipfold import (
     BaseAcceleration,
@@ -40,19 +41,9 @@ def chain_frequencies(size):
     return 2 * np.sin((2 * modes - 1) * np.pi / (2 * (2 * size + 1))) / (2 * np.pi)
 
 
-def cantilever(elements, length=1.0):
-    """Euler-Bernoulli beam of unit stiffness and density: deflections and rotations."""
-    h = length / elements
-    k = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                  [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])  # fmt: skip
-    m = np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-                  [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]])  # fmt: skip
-    size = 2 * elements + 2
-    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
-    for position in range(elements):
-        part = slice(2 * position, 2 * position + 4)
-        stiffness[part, part] += k / h**3
-        mass[part, part] += m * h / 420
+def cantilever(elements):
+    """A clamped beam of unit length, stiffness and density: deflections and rotations."""
+    mass, stiffness = free_beam(elements)
     names = [f"{kind}{node}" for node in range(1, elements + 1) for kind in "wr"]
     return mass[2:, 2:], stiffness[2:, 2:], names
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 from scipy.linalg import eigh
+from tests.helpers.beams import free_beam
 
 import slipfold as sf
 from slipfold import InputError
@@ -145,17 +146,12 @@ def test_accuracies_that_cannot_be(reduction, words):
     assert words in str(caught.value)
 
 
-def beam(count):
+def lumped_beam(count):
     """A free beam of the length, mass and stiffness one, of elements with lumped masses."""
     h = 1 / count
-    bent = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                     [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])  # fmt: skip
-    k, m = np.zeros((2, 2 * count + 2, 2 * count + 2))
-    for first in range(0, 2 * count, 2):
-        own = slice(first, first + 4)
-        k[own, own] += bent / h**3
-        m[own, own] += np.diag([h / 2, h**3 / 24, h / 2, h**3 / 24])
-    return m, k
+    m = np.tile([h, h**3 / 12], count + 1)
+    m[[0, 1, -2, -1]] /= 2
+    return np.diag(m), free_beam(count)[1]
 
 
 @pytest.mark.parametrize("count", [12, 50, 400])
@@ -163,7 +159,7 @@ def beam(count):
     "reduction", [sf.FreeInterface(modes=6), sf.CraigBampton(["q1", "q2"], modes=6)]
 )
 def test_rounding_of_rigid_body_modes_is_no_stiffness_and_no_error(count, reduction):
-    m, k = beam(count)
+    m, k = lumped_beam(count)
     model = sf.Structure(m, None, k, forcing=sf.HarmonicForce("q1", F=1), reduction=reduction)
     report = model.reduction_report
     assert not model.natural_frequencies[:2].any()
@@ -181,7 +177,7 @@ def test_rounding_of_rigid_body_modes_is_no_stiffness_and_no_error(count, reduct
 
 
 def test_rounding_of_a_fine_beam_is_stated():
-    m, k = beam(400)
+    m, k = lumped_beam(400)
     model = sf.Structure(m[2:, 2:], None, k[2:, 2:], reduction=sf.ModalReduction(modes=2))
     report = model.reduction_report
     exact = 1.87510406871196**2 / (2 * np.pi)
@@ -190,24 +186,10 @@ def test_rounding_of_a_fine_beam_is_stated():
     assert "rounding of the stiffness matrix changes the lowest by up to" in str(report)
 
 
-def free_beam(count):
-    """A free beam of cubic elements, of unit length, mass and bending stiffness."""
-    h = 1 / count
-    bend = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-            [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]  # fmt: skip
-    move = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-            [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]  # fmt: skip
-    mass, stiffness = np.zeros((2, 2 * count + 2, 2 * count + 2))
-    for one in range(count):
-        part = slice(2 * one, 2 * one + 4)
-        mass[part, part] += h / 420 * np.array(move)
-        stiffness[part, part] += np.array(bend) / h**3
-    return mass, stiffness, [f"{kind}{at}" for at in range(count + 1) for kind in "wr"]
-
-
 @pytest.mark.parametrize("form", [np.asarray, sparse.csr_array])
 def test_a_fine_free_beam_has_exact_static_shapes(form):
-    mass, stiffness, names = free_beam(120)
+    mass, stiffness = free_beam(120)
+    names = [f"{kind}{node}" for node in range(121) for kind in "wr"]
     model = sf.Structure(
         form(mass), None, form(stiffness), names=names, reduction=sf.FreeInterface(modes=4),
         forcing=sf.HarmonicForce("w120", F=1),
@@ -223,7 +205,8 @@ def test_a_fine_free_beam_has_exact_static_shapes(form):
 
 @pytest.mark.parametrize("count", [20, 320])
 def test_a_boundary_that_does_not_hold_a_beam_is_refused(count):
-    mass, stiffness, names = free_beam(count)
+    mass, stiffness = free_beam(count)
+    names = [f"{kind}{node}" for node in range(count + 1) for kind in "wr"]
     held = sf.CraigBampton([f"w{count}"], modes=3)
     with pytest.raises(InputError, match="the boundary does not hold the rest of the structure"):
         sf.Structure(mass, None, stiffness, names=names, reduction=held)

@@ -5,6 +5,7 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from tests.helpers.beams import free_beam
 
 import slipfold as sf
 from slipfold import InputError, Mesh, Structure
@@ -13,17 +14,8 @@ COUNT, LENGTH, STIFF, HEAVY = 12, 1.5, 30.0, 2.0
 
 
 def cantilever(direction="uz", **options):
-    """Matrices of a beam of cubic elements, clamped at node 0."""
-    h = LENGTH / COUNT
-    bend = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-            [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]  # fmt: skip
-    move = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-            [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]  # fmt: skip
-    mass, stiffness = np.zeros((2, 2 * COUNT + 2, 2 * COUNT + 2))
-    for one in range(COUNT):
-        part = slice(2 * one, 2 * one + 4)
-        mass[part, part] += HEAVY * h / 420 * np.array(move)
-        stiffness[part, part] += STIFF / h**3 * np.array(bend)
+    """A beam of cubic elements, clamped at node 0."""
+    mass, stiffness = free_beam(COUNT, length=LENGTH, stiffness=STIFF, density=HEAVY)
     names = [f"{kind}{node}" for node in range(1, COUNT + 1) for kind in (direction, "ry")]
     return Structure(mass[2:, 2:], None, stiffness[2:, 2:], names=names, **options)
 
