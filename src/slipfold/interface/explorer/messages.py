@@ -54,6 +54,17 @@ class _Message(BaseModel):
     remedy: ClassVar[str] = "ask for less, e.g. a narrower span"  # what helps if it takes too long
 
 
+class _Slow(_Message):
+    rank: ClassVar[int] = 3
+    seconds: ClassVar[float] = 600.0
+    slow: ClassVar[bool] = True
+
+
+class _Quick(_Message):
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 20.0
+
+
 class _OfModel(_Message):
     model: ModelName
     text: ModelText | None = None  # the text of the model, if the page has it and no catalogue
@@ -107,27 +118,24 @@ class _ResponseRequest(_ModelRequest):
         return (self.vary,)
 
 
-class DiagramRequest(_ResponseRequest):
+class _ShownRequest(_ResponseRequest):
+    show: Name
+    statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
+
+
+class DiagramRequest(_ShownRequest):
     """The response over a parameter, with its bifurcations."""
 
     rank: ClassVar[int] = 1
     seconds: ClassVar[float] = 60.0
 
     kind: Literal["diagram"]
-    show: Name
-    statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
 
 
-class SweepRequest(_ResponseRequest):
+class SweepRequest(_Slow, _ShownRequest):
     """A motion followed along a parameter, each value from the last state of the one before."""
 
-    rank: ClassVar[int] = 3
-    seconds: ClassVar[float] = 600.0
-    slow: ClassVar[bool] = True
-
     kind: Literal["sweep"]
-    show: Name
-    statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
     heard: Name | None = None  # output that sounds; what is shown if None
     points: Annotated[int, Field(ge=2, le=500, strict=True)] = 120
     runs: Annotated[tuple[Literal["up", "down"], ...], Field(min_length=1, max_length=2)] = (
@@ -189,22 +197,14 @@ class _WindowRequest(_ModelRequest):
         return self.x.name, self.y.name
 
 
-class PlaneRequest(_WindowRequest):
+class PlaneRequest(_Slow, _WindowRequest):
     """The bifurcations in a window of two parameters, and the regions between them."""
-
-    rank: ClassVar[int] = 3
-    seconds: ClassVar[float] = 600.0
-    slow: ClassVar[bool] = True
 
     kind: Literal["plane"]
 
 
-class RegimesRequest(_WindowRequest):
+class RegimesRequest(_Slow, _WindowRequest):
     """The regimes in a window of two parameters, with increasing resolution."""
-
-    rank: ClassVar[int] = 3
-    seconds: ClassVar[float] = 600.0
-    slow: ClassVar[bool] = True
 
     kind: Literal["regimes"]
 
@@ -254,11 +254,8 @@ class SoundRequest(SolutionRequest):
     output: Name
 
 
-class FrictionRequest(_ModelRequest):
+class FrictionRequest(_Quick, _ModelRequest):
     """The friction coefficients of the contacts, over the slip speed."""
-
-    rank: ClassVar[int] = 0
-    seconds: ClassVar[float] = 20.0
 
     kind: Literal["friction"]
 
@@ -271,12 +268,8 @@ class ExponentsRequest(TrajectoryRequest):
     kind: Literal["exponents"]
 
 
-class BasinsRequest(_ModelRequest):
+class BasinsRequest(_Slow, _ModelRequest):
     """Basins of attraction on a plane of two states, with increasing resolution."""
-
-    rank: ClassVar[int] = 3
-    seconds: ClassVar[float] = 600.0
-    slow: ClassVar[bool] = True
 
     kind: Literal["basins"]
     x: PlaneAxis
@@ -352,44 +345,33 @@ class ExportRequest(_Message):
     measurements: FileName | None = None  # file whose measurements are drawn on the diagram
 
 
-class ValuesRequest(_OfModel):
+class ValuesRequest(_Quick, _OfModel):
     """Values of a model's parameters, all of them, to learn which it cannot have."""
 
     kind: ClassVar[str] = "values"
-    rank: ClassVar[int] = 0
-    seconds: ClassVar[float] = 20.0
-
     parameters: Values  # the values, SI units
 
 
-class MeasurementsRequest(_OfModel):
+class MeasurementsRequest(_Quick, _OfModel):
     """A measured response of a model, whose parameter and outputs it names."""
 
     kind: ClassVar[str] = "measurements"
-    rank: ClassVar[int] = 0
-    seconds: ClassVar[float] = 20.0
-
     name: FileName
     measurements: str  # in the words of the file
 
 
-class LawRequest(_OfModel):
+class LawRequest(_Quick, _OfModel):
     """Another friction law in a contact, as the text of the model with it."""
 
     kind: ClassVar[str] = "law"
-    rank: ClassVar[int] = 0
-    seconds: ClassVar[float] = 20.0
-
     contact: Annotated[int, Field(ge=0, lt=PAGE.names, strict=True)]  # its place among the contacts
     law: Name  # name of the law
 
 
-class TextRequest(_OfModel):
+class TextRequest(_Quick, _OfModel):
     """The text of a model, to edit it, and its equations."""
 
     kind: ClassVar[str] = "text"
-    rank: ClassVar[int] = 0
-    seconds: ClassVar[float] = 20.0
 
 
 class ModelRequest(_Message):

@@ -37,9 +37,7 @@ def send_motion(
     if trajectory.periods == 0:
         emit({"empty": True})
         return
-    period = flow_of(trajectory.model).constants_of(trajectory.steady_model).period
-    settlement = trajectory.settlement
-    repeats = settlement.settled and bool(model.forced or settlement.duration)
+    period, settlement = period_of(trajectory), trajectory.settlement
     response = (settlement.period or 1) * period
     emit(
         {
@@ -47,10 +45,21 @@ def send_motion(
             "section": _section(trajectory, request.outputs),
             "spectrum": _spectrum(trajectory, request.outputs),
             "forcing": 1 / period if model.forced else None,
-            "frequency": number(1 / response) if repeats else None,
+            "frequency": number(1 / response) if repeated(trajectory) else None,
             "settled": settlement.settled,
         }
     )
+
+
+def period_of(trajectory: Trajectory) -> float:
+    """Return the forcing period, the round of a cycle, or the interval of another motion, in s."""
+    return float(flow_of(trajectory.model).constants_of(trajectory.steady_model).period)
+
+
+def repeated(trajectory: Trajectory) -> bool:
+    """Whether a trajectory ends on a response or a cycle."""
+    settlement = trajectory.settlement
+    return settlement.settled and bool(trajectory.model.forced or settlement.duration)
 
 
 def _window(trajectory: Trajectory, request: MotionRequest, period: float) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.flow.flow import flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SoundRequest
-from slipfold.interface.explorer.motions import steady_spectrum
+from slipfold.interface.explorer.motions import period_of, repeated, steady_spectrum
 from slipfold.interface.explorer.plain import Check, Emit, axis_of
 from slipfold.interface.explorer.trajectories import KeptTrajectories
 from slipfold.models.model import Model
@@ -44,7 +44,7 @@ def send_sound(
     axis_of(model, request.output)  # before what takes time
     trajectory = solutions.of(model, request, emit, check)
     settlement = trajectory.settlement
-    repeats = settlement.settled and bool(model.forced or settlement.duration)
+    repeats = repeated(trajectory)
     if trajectory.periods == 0 or (settlement.settled and not repeats):
         emit({"silent": True})  # it ended at once, or on an equilibrium
         return
@@ -79,11 +79,6 @@ def times_faster(frequency: float) -> int:
     if frequency >= SOUND.lowest or not frequency > 0:
         return 1
     return int(2 ** math.ceil(math.log2(SOUND.heard / frequency)))
-
-
-def period_of(trajectory: Trajectory) -> float:
-    """Return the forcing period, the round of a cycle, or the interval of another motion, in s."""
-    return float(flow_of(trajectory.model).constants_of(trajectory.steady_model).period)
 
 
 def encoded(values: NDArray[np.float64]) -> dict[str, Any]:

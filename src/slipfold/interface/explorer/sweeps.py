@@ -12,9 +12,10 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SweepRequest
+from slipfold.interface.explorer.motions import period_of
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, short
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.sounds import SOUND, period_of, swept_clip, times_faster
+from slipfold.interface.explorer.sounds import SOUND, swept_clip, times_faster
 from slipfold.long_term.classification import reached
 from slipfold.models.model import Model
 from slipfold.progress import Progress
