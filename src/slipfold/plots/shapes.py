@@ -71,28 +71,26 @@ def _axes(shapes: MeshShapes) -> list[int]:
 def _add(ax: Any, mesh: Mesh, points: Array, sizes: Array | None, norm: Normalize) -> None:
     """Draw lines and faces, in colors of displacements or, at rest, as thin gray edges."""
     faces = mesh.faces()
-    kinds = [[face for face in faces if (len(face) == 2) == line] for line in (True, False)]
     if not faces:
         shown = {"c": "0.7"} if sizes is None else {"c": sizes, "norm": norm, "cmap": COLORS}
         ax.scatter(*points.T, s=8, **shown)
     flat = points.shape[1] == 2
-    for nodes, makers in zip(
-        kinds, ((LineCollection, Line3DCollection), (PolyCollection, Poly3DCollection)), strict=True
+    for line, *makers in (
+        (True, LineCollection, Line3DCollection),
+        (False, PolyCollection, Poly3DCollection),
     ):
+        nodes = [list(face) for face in faces if (len(face) == 2) == line]
         if not nodes:
             continue
+        tints: Any = "none"
+        style: dict[str, Any] = {"edgecolors": "0.75", "linewidths": 0.6}
+        if sizes is not None:
+            tints = COLORS(norm([sizes[face].mean() for face in nodes]))
+            style = {"edgecolors": tints if line else "0.3", "linewidths": 2.0 if line else 0.3}
+        if not line:
+            style["facecolors"] = tints
         maker: Any = makers[0 if flat else 1]
-        pieces = [points[list(face)] for face in nodes]
-        if sizes is None:
-            rest: dict[str, Any] = {"edgecolors": "0.75", "linewidths": 0.6}
-            made = maker(pieces, **rest, **({} if len(nodes[0]) == 2 else {"facecolors": "none"}))
-        else:
-            tints = COLORS(norm([sizes[list(face)].mean() for face in nodes]))
-            edges = tints if len(nodes[0]) == 2 else "0.3"
-            style: dict[str, Any] = {"edgecolors": edges}
-            style |= {"linewidths": 2.0 if len(nodes[0]) == 2 else 0.3}
-            made = maker(pieces, **style, **({} if len(nodes[0]) == 2 else {"facecolors": tints}))
-        ax.add_collection(made)
+        ax.add_collection(maker([points[face] for face in nodes], **style))
 
 
 def _frame(ax: Any, points: Array, names: list[str]) -> None:
