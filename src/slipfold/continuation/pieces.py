@@ -23,6 +23,11 @@ class PieceRules:
 
     # Arclength to which the end of a piece is located, by bisection: nothing is smooth across it
     close: float = 1e-11
+    # Bisections after which the end is estimated: before, many searches are given up
+    estimated: int = 5
+    # Distances from the estimate at which points are tried, over `close`: shorter intervals of a
+    # mode than about 1e-11 of a period are not seen, so pieces may part next to the estimate
+    beside: tuple[float, ...] = (0.4, 10.0, 1e3)
     # Arclength to which the end of a piece is located if there is no next piece
     lost: float = 1e-6
     # Steps onto the next piece, which show in which direction of its tangent it lies
@@ -84,13 +89,19 @@ def _parameter_row(point: P, sign: float = 1.0) -> Array:
     return row
 
 
-def locate_boundary(curve: Curve[P], history: Sequence[P], a: P, b: P) -> PieceBoundary[P]:
+Estimate = Callable[[P, P], Array | None]
+"""Estimates the unknown where the piece of a point ends, before a point of another piece."""
+
+
+def locate_boundary(
+    curve: Curve[P], history: Sequence[P], a: P, b: P, estimate: Estimate[P] | None = None
+) -> PieceBoundary[P]:
     """Return where the piece of a point ends before one of another piece.
 
     The two may not be connected. The next piece may continue in the parameter, but backward along
     their chord.
     """
-    boundary = _bisected(curve, history, a, b)
+    boundary = _bisected(curve, history, a, b, estimate=estimate)
     if boundary.apart < PIECE.apart:
         return boundary
     with suppress(LostCurveError):
@@ -101,18 +112,29 @@ def locate_boundary(curve: Curve[P], history: Sequence[P], a: P, b: P) -> PieceB
 
 
 def _bisected(
-    curve: Curve[P], history: Sequence[P], a: P, b: P, row: Array | None = None
+    curve: Curve[P],
+    history: Sequence[P],
+    a: P,
+    b: P,
+    row: Array | None = None,
+    estimate: Estimate[P] | None = None,
 ) -> PieceBoundary[P]:
     """Bisect the projection on a chord or a row until two neighbors of different pieces are left.
 
     The projection depends on a point alone; errors of arclengths, which are summed from guess to
-    guess, would grow with every bisection.
+    guess, would grow with every bisection. Both sides of an estimated end are tried first.
     """
     chord = _ChordAhead(curve, [point for point in history if point.piece == a.piece], a, b, row)
-    low, high = 0.0, chord.length
+    low, high, halved = 0.0, chord.length, 0
+    aims: list[tuple[float, Array | None]] = []
     while high - low > max(PIECE.close, 2 * np.spacing(high)):
-        s = 0.5 * (low + high)
-        middle = chord.point_at(s)
+        if estimate is not None and halved == PIECE.estimated:
+            aims, estimate = chord.beside(estimate(a, b)), None
+        while aims and not low < aims[0][0] < high:
+            aims.pop(0)
+        s, guess = aims.pop(0) if aims else (0.5 * (low + high), None)
+        halved += 1
+        middle = chord.point_at(s, guess)
         if middle.piece == a.piece:
             low, a = s, middle
         else:
@@ -134,12 +156,21 @@ class _ChordAhead(Projection[P]):
                 break
             self._points.insert(0, self._projected(point, s))
 
-    def point_at(self, s: float) -> P:
-        """Return the point with a projection, whatever its piece."""
+    def beside(self, z: Array | None) -> list[tuple[float, Array | None]]:
+        """Return projections on either side of an estimated end, with guesses; none without one."""
+        if z is None:
+            return []
+        s = float((z - self._a.z) @ self._row)
+        steps = [sign * PIECE.close * part for part in PIECE.beside for sign in (-1.0, 1.0)]
+        return [(s + step, z + step * self._row) for step in steps]
+
+    def point_at(self, s: float, first: Array | None = None) -> P:
+        """Return the point with a projection, whatever its piece; a first guess may be given."""
         fraction = s / self.length
         arclength = self._a.arclength + fraction * (self._b.arclength - self._a.arclength)
         # The piece is extrapolated first, then the chord itself is tried.
-        guesses = [self._guess(s)[1]] if self._points else []
+        guesses = [] if first is None else [first]
+        guesses += [self._guess(s)[1]] if self._points else []
         for guess in [*guesses, self._a.z + s * self._row]:
             correction = correct(self._curve, guess, self._row)
             if correction.converged:

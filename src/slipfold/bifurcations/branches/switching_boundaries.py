@@ -110,7 +110,7 @@ class SwitchingBoundaries:
                 raise LostCurveError("contacts change elsewhere in the period")
             return MonitorResult()
         try:
-            boundary = locate_boundary(self._orbits, interval.history, before, after)
+            boundary = locate_boundary(self._orbits, interval.history, before, after, _end_of_piece)
         except LostCurveError:
             lost = self._lost(interval)
             if lost is None:
@@ -287,14 +287,44 @@ def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | Non
     for kind, change in changes:
         if change is None or change.met.level:  # slip in the plane vanishes in its own way
             continue
-        again = point.curve.described_by(change).converted(point)
-        met = None if again is None else solve_marginal(again.curve, again, [change])
+        again, met = _only_just(point, change)
         if again is None or met is None:
             continue
         left = float(again.tangent @ (met.z - again.z))
         if RULES.passed <= left <= farthest and (nearest is None or left < nearest[0]):
             nearest = left, Found(kind, replace(met, arclength=point.arclength + left), np.inf)
     return None if nearest is None else nearest[1]
+
+
+def _only_just(
+    point: OrbitPoint, change: MarginalShooting
+) -> tuple[OrbitPoint | None, OrbitPoint | None]:
+    """Return a point in terms of a change of contacts, and the orbit that only just meets it."""
+    again = point.curve.described_by(change).converted(point)
+    return again, again and solve_marginal(again.curve, again, [change])
+
+
+def _end_of_piece(before: OrbitPoint, after: OrbitPoint) -> Array | None:
+    """Return the orbit between two that only just meets their change of contacts, if one is found.
+
+    Newton's method seldom converges from the side on which a second contact, or stop, changes too.
+    """
+    kind = _kind(before.piece, after.piece)
+    for point in (after, before):
+        by, at = point.curve.orbits.by, _at(point)
+        if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
+            return None
+        with suppress(*BREAKDOWNS):
+            if kind in GRAZED:
+                change = MarginalShooting.at(by, *at, kind)
+            else:
+                change = next((stop for _, stop in MarginalShooting.stops_of(by, *at)), None)
+            if change is None or change.met.level:  # slip in the plane vanishes in its own way
+                continue
+            _, met = _only_just(point, change)
+            if met is not None:
+                return before.curve.moved(met)[0]
+    return None
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
