@@ -1,4 +1,4 @@
-"""Draw what a test stand would see and what it would tell: python docs/figures/measured.py."""
+"""Draw what a test stand would record and what that determines: python docs/figures/measured.py."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ METAVARS = {
 """Kinds of parameters, and what a command calls their values: ``entries`` are always by name."""
 
 TYPES = {bool: "flag", int: "whole", int | None: "whole", float: "number"}
-"""Kinds by type; where the type does not tell, a declaration names its kind."""
+"""Kinds by type; where the type does not determine it, a declaration names its kind."""
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,7 @@ def test_a_motion_that_goes_on_is_one_motion():
     begun = last_message(model, periods=100)
     more = last_message(model, periods=50, start=begun["last"])["sections"]["max"]["x"]
     assert begun["sections"]["max"]["x"] + more == pytest.approx(whole, rel=1e-7)
-    # Nothing forces this one, and a contact sticks: it ends where it repeats, or when told.
+    # Nothing forces this one, and a contact sticks: it ends where it repeats, or on request.
     model = belt(sf.Coulomb(mu_s=1.0, mu_k=0.5))
     begun = last_message(model, periods=600)
     interval = begun["sections"]["duration"] / begun["sections"]["periods"]

@@ -88,10 +88,10 @@ def ask_all(client, request):
 
 def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.plain.PAGE", PageSettings(interval=0.0))
-    told = []
+    answers = []
     request = parse_request(json.dumps(diagram(1, span=[0, 0.1])))
-    Answering(Catalogue()).answer(request, told.append, lambda: None)
-    *progress, last = told
+    Answering(Catalogue()).answer(request, answers.append, lambda: None)
+    *progress, last = answers
     assert "branches" in last
     assert {note["progress"].split(",")[0] for note in progress} == {"branch 1", "branch 2"}
     assert all(0 <= note["value"] <= 0.1 and not note["done"] for note in progress)
@@ -260,10 +260,10 @@ def test_pictures_of_regimes_become_finer(monkeypatch):
     # Values of what is varied play no part.
     values = {"f": 13.0, "Nd": 0.5}
     asked = {"kind": "regimes", "id": 1, "model": "sliding", "parameters": values, **window}
-    told = []
-    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
-    pictures = [answer for answer in told if "labels" in answer]
-    # Of the first picture what repeats is told before the rest is known.
+    answers = []
+    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), answers.append, lambda: None)
+    pictures = [answer for answer in answers if "labels" in answer]
+    # Of the first picture what repeats is sent before the rest is known.
     assert [answer["done"] for answer in pictures] == [False, False, True]
     assert pictures[0]["labels"] == pictures[1]["labels"] == [[1]]
     last = pictures[-1]
@@ -278,11 +278,11 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.pictures.BASIN_POINTS", (6, 11))
     plane = {"x": {"name": "q", "span": [-4, 4]}, "y": {"name": "v", "span": [-4, 4]}}
     asked = {"kind": "basins", "id": 1, "model": "duffing", "parameters": {"W": 1.2}, **plane}
-    told = []
-    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
-    coarse, fine = (answer for answer in told if "labels" in answer)
+    answers = []
+    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), answers.append, lambda: None)
+    coarse, fine = (answer for answer in answers if "labels" in answer)
     assert [answer["done"] for answer in (coarse, fine)] == [False, True]
-    assert told[-1] is fine
+    assert answers[-1] is fine
     # Every other start of the finer picture is one of the coarser.
     assert [row[::2] for row in fine["labels"][::2]] == coarse["labels"]
     assert {label for row in fine["labels"] for label in row} == {1, 2}
@@ -292,10 +292,10 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
 
 
 def told_of(catalogue, **request):
-    told = []
+    answers = []
     asked = {"kind": "diagram", "id": 1, "show": "x", **request}
-    Answering(catalogue).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
-    return told
+    Answering(catalogue).answer(parse_request(json.dumps(asked)), answers.append, lambda: None)
+    return answers
 
 
 def test_what_motions_settle_on_is_added_where_the_response_ends():

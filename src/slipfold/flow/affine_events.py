@@ -166,7 +166,7 @@ class AffinePhase:
             step = watched.step(visible, STEPS.turn, (self.end - self.begin) / STEPS.fewest)
             count = max(1, int(np.ceil((self.end - here) / step * (1 - TOLERANCE))))
             step, taken = (self.end - here) / count, min(count, STEPS.samples)
-            left, known = watched.carried(here, left, step, taken)
+            left, known = watched.advanced(here, left, step, taken)
             phases.append(here + step * np.arange(1.0, taken + 1))
             free.append(np.where(visible, known[:-1], 0.0))
             here = self.end if taken == count else float(phases[-1][-1])
@@ -226,7 +226,7 @@ class _Watched:
         turned = np.exp(self.begin * self.solutions.forcing.exponents)
         return np.asarray(self.start - turned @ self.solutions.answers)
 
-    def carried(
+    def advanced(
         self, phase: float, free: Complex, step: float, count: int
     ) -> tuple[Complex, Complex]:
         """Return free motions after so many steps, (n,), and at the beginning and after each.
@@ -295,7 +295,7 @@ class _Watched:
             step = self.step(visible, SEARCH.turn, longest)
             count = max(1, int(np.ceil((end - phase) / step * (1 - TOLERANCE))))
             step, taken = (end - phase) / count, min(count, SEARCH.samples)
-            free, known = self.carried(phase, free, step, taken)
+            free, known = self.advanced(phase, free, step, taken)
             phases: Array = phase + step * np.arange(taken + 1.0)
             phases[-1] = end if taken == count else phases[-1]
             found = self._between(phases, *self._functions(phases, known))

@@ -26,7 +26,7 @@ def described(parameter: Parameter) -> Any:
 def structural(
     doc: str, default: Any = MISSING, read: Callable[[Any, str], Any] | None = None, **options: Any
 ) -> Any:
-    """Return a dataclass field that tells equations apart.
+    """Return a dataclass field that distinguishes equations.
 
     `read` makes the value of a given one and the title of the part; a default of None stays.
     """
@@ -48,7 +48,7 @@ class Parametric:
     """A part of a model with parameters of its own; immutable, comparable, picklable.
 
     A subclass is a frozen dataclass. Its parameters are fields made by `described`; all other
-    fields, made by `structural`, tell equations apart. The parameters of parts in them are its own
+    fields, made by `structural`, distinguish equations. The parameters of parts in them are its own
     as well; those of several parts in a tuple are numbered. The section on parameters in the
     docstring follows from the fields.
 

@@ -79,7 +79,7 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
     """Return the orbit near another on which friction only just holds contacts that stop.
 
     An orbit that is its own symmetric image has several such stops at once. It may be neutral to
-    what parts them, so that only all conditions together tell where it is. None if there is none.
+    what parts them, so that only all conditions together locate it. None if there is none.
     """
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
@@ -160,7 +160,7 @@ class Straight(OrbitCurve):
     def tests(
         self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
-        """Return what tells a fold; stability is examined point by point."""
+        """Return what detects a fold; stability is examined point by point."""
         return {"LP": float(tangent[-1])}
 
 

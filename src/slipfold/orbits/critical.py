@@ -249,7 +249,7 @@ def hopf_cycle(
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
     derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis;
-    a frequency in rad/s tells one of several that are equally near.
+    a frequency in rad/s selects one of several that are equally near.
     """
     unit, jacobian = orbits.unit(z), orbits.jacobian(z)
     values, vectors = np.linalg.eig(jacobian)

@@ -148,7 +148,7 @@ def periodic_orbit(
         return search.smooth(near)
     if on_wall:
         return search.through_stick(near)
-    if not model.forced:  # one trajectory tells whether it sticks
+    if not model.forced:  # one trajectory shows whether it sticks
         try:
             orbit = search.through_stick(near)
         except InputError:

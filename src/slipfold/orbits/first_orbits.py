@@ -347,6 +347,6 @@ def _nearest_passage(grid: Array, away: Array, rates: Array, angle_periods: Arra
     distances = np.linalg.norm(wrap_angles(passed, angle_periods), axis=1)
     if distances.min() > SEARCH.returned * extent:
         return None
-    # The first return that is about as near as the nearest, as far as samples tell.
+    # The first return that is about as near as the nearest, as far as samples show.
     near = max(3.0 * distances.min(), 1e-5 * extent)
     return float(times[np.flatnonzero(distances <= near)[0]])

@@ -342,7 +342,7 @@ class MarginalShooting(SwitchedShooting):
         return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Carry a state from the node to another phase; nothing where it cannot continue.
+        """Integrate a state from the node to another phase; nothing where it cannot continue.
 
         Shapes: start (n,).
         """
@@ -430,6 +430,6 @@ class MarginalShooting(SwitchedShooting):
     def _in(
         self, mode: Mode, state: Array, begin: float, end: float, constants: Constants
     ) -> Array:
-        """Carry a state on in one mode, whatever happens. Shapes: state (n,); returns (n,)."""
+        """Integrate a state in one mode, whatever happens. Shapes: state (n,); returns (n,)."""
         flow, span = self.switched.of(mode), (np.array([begin]), np.array([end]))
         return np.asarray(flow.advance(state[None], *span, constants)[0])

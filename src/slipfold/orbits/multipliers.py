@@ -277,7 +277,7 @@ class CycleMultipliers(Multipliers):
         return lifted, ((direction @ part.product @ lifted.right.T) @ lifted.left)[None]
 
     def propagated(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array, Array]:
-        r"""Carry vectors of the quotient from node to node: growth on the way spoils none.
+        r"""Propagate vectors of the quotient from node to node: growth on the way spoils none.
 
         With bases :math:`B_j` of what is orthogonal to the flow's directions :math:`f_j` the matrix
         is the product of :math:`D_j = B_{j+1}^T A_j B_j`, and the derivative of

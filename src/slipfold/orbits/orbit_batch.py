@@ -333,7 +333,7 @@ class OrbitBatch:
     def _propagated(
         self, nodes: Array, parameters: Array, scales: Array, tolerance: float
     ) -> PropagatedStates:
-        """Carry all segments to their ends: in explicit steps, or by the flow."""
+        """Integrate all segments to their ends: in explicit steps, or by the flow."""
         (k, m, n), quick = nodes.shape, self.steps is not None and tolerance > EXACTLY
         constants = self.flow.constants(parameters, None if quick else power_of_two(scales))
         change = np.repeat(constants.rates[:, :, self._index], m, axis=0)

@@ -129,7 +129,7 @@ class Degeneracy:
     right: Array
 
     def propagated(self, blocks: Array) -> tuple[Array, Array]:
-        """Carry the r vectors to the start of each factor of the matrix and back to each end.
+        """Propagate the r vectors to the start of each factor of the matrix and back to each end.
 
         With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the factors of
         :math:`p_j^T dA_j q_j`.

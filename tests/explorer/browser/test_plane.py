@@ -102,8 +102,8 @@ def test_a_point_of_codimension_two_says_what_it_means_and_leads_to_both_sides(p
     page.evaluate("scrollTo(0, 0)")
     x, y = point_of(plane, "GPD")
     page.mouse.move(x, y)
-    told = page.locator(".under-pointer")
-    expect(told).to_contain_text("Generalized period doubling on the PD of period 1")
+    line = page.locator(".under-pointer")
+    expect(line).to_contain_text("Generalized period doubling on the PD of period 1")
     page.mouse.click(x, y)
     card = page.get_by_role("dialog", name="Point of codimension two")
     expect(card).to_contain_text("Here the PD changes from supercritical to subcritical")
@@ -122,8 +122,8 @@ def test_a_point_of_codimension_two_says_what_it_means_and_leads_to_both_sides(p
 def test_a_motion_at_the_ring_is_told_beside_the_plane(plane):
     plane.page.get_by_role("button", name="Simulate at the ring").click()
     plane.page.mouse.move(5, 5)
-    told = plane.page.locator(".under-pointer")
-    expect(told).to_contain_text(re.compile("At the ring: .*settled"))
+    line = plane.page.locator(".under-pointer")
+    expect(line).to_contain_text(re.compile("At the ring: .*settled"))
 
 
 def test_loci_are_drawn_before_regions_and_explained(watched):

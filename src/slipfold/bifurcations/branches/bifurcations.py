@@ -50,7 +50,8 @@ class BifurcationRules:
     runs_away: float = 1e4
     # Multiplier beyond which a step of 1e-9 is as good as one to another orbit
     sensitive: float = 1e3
-    undecided: float = 1e-5  # arclength from a bifurcation, over the branch, that tells no side
+    # Arclength from a bifurcation, over the branch, within which the side is undecided
+    undecided: float = 1e-5
     outside: float = 1.001  # modulus of a critical multiplier that left the circle between points
     # Arclength over which multipliers are differenced: six digits are left
     differenced: float = 1e-6

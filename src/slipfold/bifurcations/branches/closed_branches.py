@@ -69,7 +69,7 @@ def _meets_its_image(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> b
     orbit changes sign.
     """
     here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
-    # A step may also land beside the parent, within what Newton's method can tell apart. There
+    # A step may also land beside the parent, within what Newton's method can resolve. There
     # small steps leave from, too.
     near = np.linalg.norm(there) < min(0.1 * STEP.emanating, float(np.linalg.norm(here)))
     return bool(here @ there < 0 or near)
@@ -187,7 +187,7 @@ class MeetsImage:
     def _nearer(self, before: OrbitPoint, last: OrbitPoint) -> OrbitPoint | None:
         """Return an orbit whose halves differ a fourth as much as those of the last one.
 
-        There this difference is what tells orbits apart, and not the parameter.
+        There this difference distinguishes orbits, and the parameter does not.
         """
         curve = self._curve
         guess = _extrapolated(curve.orbits, before, last, fraction=1 / 4)

@@ -473,7 +473,7 @@ def _crossed(trace: TracedCurve[OrbitPoint], kind: str) -> list[Found]:
         return []
     first, second = trace.points[:2]
     test = tests_of(kind, first.tests)[-1]
-    if test == "second" and kind != "DP":  # nothing tells it on this locus
+    if test == "second" and kind != "DP":  # nothing detects it on this locus
         return []
     slope = (second.tests[test] - first.tests[test]) / (second.arclength - first.arclength)
     return [Found(kind, first, slope)]

@@ -39,7 +39,7 @@ class RegionRules:
     # Fraction of the window below which a piece belongs to what surrounds it
     smallest: float = 2e-4
     checked: float = 2e-3  # fraction of the window from which a region is checked by simulation
-    clearance: float = 2.5  # cells from a boundary at which a response tells its region
+    clearance: float = 2.5  # cells from a boundary at which a response determines its region
     short_of_stick: float = 0.05  # distance, in windows, from the end of a locus in slip to grazing
     limit_jump: float = 0.25  # difference, in windows, of ends at a limit that are joined
 

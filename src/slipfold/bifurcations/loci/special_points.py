@@ -180,7 +180,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         return _merged(found, "CP" if resting else "CPC", _stands, RULES.same_cusp)
 
     def _named(self, found: Found) -> Found:
-        """Tell a branch point from a fold, where another multiplier is one as well."""
+        """Separate a branch point from a fold, where another multiplier is one as well."""
         if found.type in ("R1", "BT") and self._curve.condition in ("LP", "BP"):
             return replace(found, type="LPBP") if _two_vectors(found.point) else found
         name = CROSSED.get((self._curve.condition, found.type))

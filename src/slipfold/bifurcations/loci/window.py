@@ -111,7 +111,7 @@ class Plane:
         text: str,
         **of: Any,
     ) -> None:
-        """Tell the observer, if there is one, what is computed next, and where."""
+        """Report to the observer, if there is one, what is computed next, and where."""
         if self.observer is not None:
             first, second = map(float, place)
             self.observer(locus_progress(stage, done, total, (first, second), text, **of))

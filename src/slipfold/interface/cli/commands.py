@@ -439,4 +439,4 @@ READERS: Mapping[str, Reader] = {
         lambda texts, _: {"outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked()},
     ),
 }
-"""Readers of arguments by their names, where an option alone does not tell how to read them."""
+"""Readers of arguments by their names, where an option alone does not say how to read them."""

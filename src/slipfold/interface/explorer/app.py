@@ -271,7 +271,7 @@ def _add_interface(
 
     @app.post("/api/values", response_model=dict[str, str], responses=REFUSED)
     async def values(request: ValuesRequest) -> Response:
-        """Tell which values a model cannot have: sentences by parameter."""
+        """Report which values a model cannot have: sentences by parameter."""
         return await answers.about(request)
 
     @app.post("/api/measurements", responses=REFUSED)

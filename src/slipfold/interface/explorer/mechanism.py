@@ -90,7 +90,7 @@ def _of_structure(model: Structure) -> dict[str, Any] | None:
             forces += bodies
         elif 0 < len(bodies) <= 2:
             springs.append([*bodies, -1][:2])
-    # Damping by a rule is in every spring and on every mass, and tells nothing.
+    # Damping by a rule is in every spring and on every mass, so it is not drawn.
     own = isinstance(assembly.definition.C, Matrix)
     dashpots = list(_links(model.damping_matrix)) if own else []
     return _limited(

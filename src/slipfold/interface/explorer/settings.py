@@ -15,7 +15,7 @@ class PageSettings:
     name_length: int = 200  # maximum number of characters of a name
     # Maximum number of characters of a model's text: twenty times the longest one of the package
     text: int = 64 * 1024
-    pins: int = 12  # curves pinned beside a diagram: more cannot be told apart
+    pins: int = 12  # curves pinned beside a diagram: more cannot be distinguished
     bodies: int = 40  # maximum number of bodies of a mechanism that is drawn in a row
     texts: int = 16  # models made of texts that are stored: a page undoes a few steps at once
     margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value

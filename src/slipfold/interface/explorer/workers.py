@@ -150,7 +150,7 @@ class Failing(Protocol):
     """Takes a sentence, and whether the same request may succeed if it is made again."""
 
     def __call__(self, sentence: str, again: bool = False) -> None:
-        """Tell that a job ends without a last reply."""
+        """Report that a job ends without a last reply."""
 
 
 @dataclass(eq=False)

@@ -236,7 +236,7 @@ def _thresholds(found: GridThresholds) -> Iterator[Candidate]:
             parameter_text(model.parameter(name), model.values[name])
             for name in (found.threshold, *found.axes)
         )
-        # The critical multiplier is what it is said to be; eight segments carry the state round.
+        # The critical multiplier is what it is said to be; eight segments span the period.
         flow = flow_of(model)
         start, one_period = found.states[first, second][None], (np.zeros(1), np.ones(1))
         nodes = flow.sample(start, *one_period, 8, flow.constants_of(model))[0]

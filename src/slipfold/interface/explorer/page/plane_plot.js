@@ -262,7 +262,7 @@ class UnderPointer {
   simulated = "";
 
   /**
-   * Tell of a place; null tells how a simulation at the working point went, if there is one.
+   * Describe a place; null describes the simulation at the working point, if there is one.
    * quantities of both axes, their values in SI units, the plane's answer and the picture of regimes
    */
   show(place) {
