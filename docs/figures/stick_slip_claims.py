@@ -51,7 +51,9 @@ def page(found: dict[Setting, Findings]) -> str:
     parts = []
     for law in LAWS:
         slower = [found[law, share] for share in SHARES if share != 1.0]
-        columns = [worded(each, share) for each, share in zip(slower, list(SHARES)[1:], strict=True)]
+        columns = [
+            column(each, share) for each, share in zip(slower, list(SHARES)[1:], strict=True)
+        ]
         rows = [
             [str(number), statement, *said]
             for number, ((statement, _), *said) in enumerate(
@@ -96,7 +98,7 @@ def findings(setting: Setting) -> Findings:
     return Findings(cases, dict(zip(needed, results, strict=True)))
 
 
-def worded(found: Findings, share: float) -> list[str]:
+def column(found: Findings, share: float) -> list[str]:
     """Return what is found of each claim, in a few words."""
     force = {f: found.diagram(f=f) for f in (12.2, 12.5)}
     doubling = {f: first(diagram, "PD", False) for f, diagram in force.items()}
