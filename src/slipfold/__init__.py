@@ -37,5 +37,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """List the public names and what every module has."""
-    return sorted({*__all__, *globals()})
+    """List the public names and the attributes of every module."""
+    return sorted({*__all__, "__version__", *(name for name in globals() if name.startswith("__"))})
