@@ -18,6 +18,7 @@ from slipfold.results.checks.checked import Check, Checked
 from slipfold.results.checks.orbit_difference import (
     Difference,
     orbit_difference,
+    orbit_differences,
     pieces_of,
     retraced_difference,
 )
@@ -116,6 +117,22 @@ def test_wrong_multipliers_do_not(orbit):
     assert found.value > found.allowed
 
 
+def test_orbits_compared_together_differ_as_each_alone_does(orbit):
+    rows = np.arange(1, 1 + len(orbit.state)) * orbit.model.state_scales()
+    nodes = [orbit.nodes, orbit.nodes + 1e-6 * rows, orbit.nodes * np.nan, orbit.nodes + 1e200]
+    others = [replace(orbit, nodes=own) for own in [*nodes, orbit.sample(16)[1]]]
+    pieces = [pieces_of(orbit) + 8 * i for i in range(len(others))]
+    for known in (others, others[:2] + others[4:]):
+        own = [pieces[others.index(item)] for item in known]
+        together = orbit_differences(known, own)
+        for item, count, found in zip(known, own, together, strict=True):
+            alone = orbit_difference(item, count)
+            assert (found.value, found.what) == (pytest.approx(alone.value, 1e-6), alone.what) or (
+                max(found.value, alone.value) < 1e-11
+            )
+            assert (found.excess > 1) == (alone.excess > 1)
+
+
 def test_a_wrong_multiplier_at_a_fold_does_not():
     diagram = response(model_named("duffing"), vary="W", span=(1.0, 1.6))
     fold = next(item.orbit for branch in diagram.branches for item in branch.special)
@@ -180,9 +197,9 @@ def test_wrong_states_and_critical_multipliers_do_not(beside_homoclinic, index, 
 def test_multipliers_that_cannot_be_known_leave_the_states(
     orbit, monkeypatch, value, allowed, agrees
 ):
-    def tried(orbit, pieces, free):
+    def tried(orbits, pieces, free):
         multipliers = Difference(value, allowed, what="multipliers")
-        return checks._OrbitComparison(Difference(1e-13), multipliers)
+        return [checks._OrbitComparison(Difference(1e-13), multipliers)]
 
     monkeypatch.setattr(checks, "_differences", tried)
     found = difference(orbit)
@@ -197,7 +214,8 @@ def test_multipliers_that_cannot_be_known_leave_the_states(
 def test_sensitivities_of_eigenvalues_are_those_of_differences():
     rng = np.random.default_rng(3)
     factors = rng.normal(size=(4, 3, 3)) + 2 * np.eye(3)
-    values, moved = checks._sensitive_eigenvalues(factors)
+    # Beside a longer product.
+    (values, _), (moved, _) = checks._sensitive_eigenvalues([factors, [*factors, *factors]])
     for _ in range(20):
         change = rng.normal(size=factors.shape)
         change *= (
@@ -205,7 +223,7 @@ def test_sensitivities_of_eigenvalues_are_those_of_differences():
             * np.linalg.norm(factors, 2, axis=(1, 2))[:, None, None]
             / np.linalg.norm(change, 2, axis=(1, 2))[:, None, None]
         )
-        others = checks._sensitive_eigenvalues(factors + change)[0]
+        others = checks._sensitive_eigenvalues([factors + change])[0][0]
         apart = np.abs(values[:, None] - others).min(axis=1)
         assert (apart <= 1.001e-7 * moved).all()
         assert (apart >= 1e-10 * moved).any()

@@ -138,6 +138,13 @@ class Constants:
         assert self.differentiate is not None
         return self.differentiate()
 
+    @staticmethod
+    def stacked(each: Sequence[Constants]) -> Constants:
+        """Return those of several trajectories as rows, without derivatives."""
+        if len(each) == 1:
+            return each[0]
+        return Constants(np.array([c.values for c in each]), np.array([c.scales for c in each]))
+
     @property
     def period(self) -> float:
         """Forcing period in seconds, where all trajectories have the same."""

@@ -309,7 +309,9 @@ class Field:
 
     flow: Evaluated  # the model's compiled functions
     constants: Constants  # coefficients
-    scales: Array  # scales of the states, shape (n,)
+    # Scales of the states, shape (n,); of trajectories with constants of their own (m, n), as many
+    # rows as there are states
+    scales: Array
     indices: list[int]  # which parameters are free
     linear: LinearPart  # the shared part of its derivatives
 
@@ -327,7 +329,7 @@ class Field:
         n = states.shape[-1]
         rows = states.reshape(-1, n) * self.scales
         result = self.flow.jacobians(rows, phases.ravel(), self.constants)
-        ratios = self.scales[None, :] / self.scales[:, None]
+        ratios = self.scales[..., None, :] / self.scales[..., :, None]
         return np.asarray((result * ratios).reshape(*states.shape, n))
 
     def changing_jacobians(self, states: Array, phases: Array) -> Jacobians:

@@ -19,7 +19,8 @@ NO_ANGLES: Array = np.zeros(1)
 def wrap_angles(difference: Array, periods: Array) -> Array:
     """Reduce differences of angles to less than half a revolution.
 
-    Shapes: difference (..., n); periods (n,), a revolution of each angle and zero for other states.
+    Shapes: difference (..., n); periods (n,) or (..., n), a revolution of each angle and zero for
+    other states.
     """
     if not periods.any():
         return difference

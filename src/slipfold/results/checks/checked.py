@@ -32,6 +32,9 @@ class CheckSettings:
     # Coordinates of all nodes, whose equations are a dense matrix: its singular vectors take 0.5 GB
     max_unknowns: int = 4000
     batch: int = 160  # pieces that are halved at once, the first ones
+    # Pieces of several orbits that are compared at once: more save nothing, and an interruption
+    # waits for them
+    together: int = 500
     condensed: int = 300  # equations of harmonic balance, as many as a point of a stiff branch
     memory: int = 4_000_000  # numbers in the matrices that are stored at a time: 32 MB
     parts: int = 8  # of a stiff orbit, each from a node of its own

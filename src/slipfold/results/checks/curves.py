@@ -25,7 +25,7 @@ from slipfold.results.checks.checked import CHECKS, Check, Checked
 from slipfold.results.checks.orbit_difference import (
     Difference,
     balanced_difference,
-    orbit_difference,
+    orbit_differences,
     pieces_of,
     retraced_difference,
 )
@@ -132,18 +132,59 @@ def check_some(
     The first is checked in any case; if it is too expensive, only its states are. An interruption
     returns what is done.
     """
-    left, checks = CHECKS.fraction * points, list[Check]()
+    left, checks, interrupted = CHECKS.fraction * points, _Checks(), False
     try:
         for candidate in candidates:
-            if left < CHECKS.equilibrium and checks:
+            if left < CHECKS.equilibrium and checks.count:
                 break
-            on_progress(len(checks))
-            cost, check = _check(candidate, left, first=not checks)
-            left -= cost
-            checks += [] if check is None else [check]
+            on_progress(checks.count)
+            left -= _check(candidate, left, checks)
     except KeyboardInterrupt:
-        return Checked(tuple(checks), interrupted=True)
-    return Checked(tuple(checks))
+        interrupted = True
+    try:
+        checks.compare()
+    except KeyboardInterrupt:
+        interrupted = True
+    return Checked(tuple(checks.done), interrupted=interrupted)
+
+
+class _Checks:
+    """Checks of a result in their order; those by collocation are done many at a time."""
+
+    def __init__(self) -> None:
+        self.done: list[Check] = []
+        self._waiting: list[tuple[Candidate, int]] = []
+
+    @property
+    def count(self) -> int:
+        """Number of checks, done or waiting."""
+        return len(self.done) + len(self._waiting)
+
+    def add(self, candidate: Candidate, method: str, found: Difference) -> None:
+        """Note what was compared."""
+        self.compare()
+        self.done.append(_named(candidate, method, found))
+
+    def compare_later(self, candidate: Candidate, pieces: int) -> None:
+        """Compare an orbit with collocation, sooner or later."""
+        self._waiting.append((candidate, pieces))
+        if sum(count for _, count in self._waiting) >= CHECKS.together:
+            self.compare()
+
+    def compare(self) -> None:
+        """Compare the orbits that wait with collocation."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        orbits, pieces = zip(*((item.orbit, count) for item, count in waiting), strict=True)
+        with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
+            differences = orbit_differences(orbits, pieces)
+        for (candidate, _), found in zip(waiting, differences, strict=True):
+            self.done.append(_named(candidate, "collocation", found))
+
+
+def _named(candidate: Candidate, method: str, found: Difference) -> Check:
+    return Check(candidate.name, method, found.value, found.allowed, found.what, found.unknown)
 
 
 def spread(count: int) -> list[int]:
@@ -158,17 +199,14 @@ def spread(count: int) -> list[int]:
     return list(dict.fromkeys(int(fraction * (count - 1)) for fraction in fractions))
 
 
-def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Check | None]:
-    """Return the cost of a check and the check, if that much is left; never an exception."""
-    orbit = candidate.orbit
-
-    def named(method: str, found: Difference) -> Check:
-        return Check(candidate.name, method, found.value, found.allowed, found.what, found.unknown)
-
+def _check(candidate: Candidate, left: float, checks: _Checks) -> float:
+    """Check an orbit if that much is left, and return the cost; never an exception."""
+    orbit, first = candidate.orbit, not checks.count
     try:
         with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
             if isinstance(orbit, StickSlipOrbit):
-                return CHECKS.switched, named("other steps", switched_difference(orbit))
+                checks.add(candidate, "other steps", switched_difference(orbit))
+                return CHECKS.switched
             resting = candidate.resting and rests(orbit.model, orbit.nodes)
             pieces = 0 if resting else pieces_of(orbit)
             each = CHECKS.piece * (1 + len(orbit.state) / 20)
@@ -176,20 +214,20 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
                 CHECKS.equilibrium if resting else CHECKS.base + each * pieces if pieces else np.inf
             )
             if cost <= left:
-                found = orbit_difference(orbit, pieces)
-                if found.excess > 1 and found.what == "multipliers":
-                    found = orbit_difference(orbit, pieces, orbit.multiplier_uncertainty)
-                return cost, named("collocation", found)
+                checks.compare_later(candidate, pieces)
+                return cost
             if not resting and not pieces and (first or left >= CHECKS.balanced):
                 balanced = balanced_difference(orbit)
                 if balanced is not None:
-                    return CHECKS.balanced, named(balanced.method, balanced)
+                    checks.add(candidate, balanced.method, balanced)
+                    return CHECKS.balanced
             if first:
                 found = retraced_difference(orbit)
-                return 0.0, named(found.method, found)
+                checks.add(candidate, found.method, found)
     except np.linalg.LinAlgError:
-        return left, Check(candidate.name, "collocation", np.inf, CHECKS.states)
-    return 0.0, None
+        checks.add(candidate, "collocation", Difference(np.inf))
+        return left
+    return 0.0
 
 
 def _ranked(curves: Sequence[OrbitSeries]) -> list[tuple[Any, Any]]:

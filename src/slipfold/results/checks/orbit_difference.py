@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,16 +18,16 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
-from slipfold.flow.intervals import Field, LinearPart, newton_step
+from slipfold.flow.intervals import MANY, Field, LinearPart, newton_step
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
-from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
+from slipfold.orbits.multipliers import multiplier_differences, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import SPREAD
 from slipfold.results.checks.checked import CHECKS
-from slipfold.results.checks.retraced import Retraced, SampledSolution, retrace
+from slipfold.results.checks.retraced import Retraced, SampledSolution, retrace, retrace_each
 
 
 def implicit_ends(
@@ -98,8 +102,45 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
     return int(np.ceil(pieces)) if pieces <= CHECKS.max_pieces else 0
 
 
+def orbit_differences(orbits: Sequence[PeriodicOrbit], pieces: Sequence[int]) -> list[Difference]:
+    """Return how far orbits are from those of collocation; those of one flow are solved together.
+
+    What of multipliers differs by more is allowed their uncertainty; what cannot be solved for is
+    infinitely far.
+    """
+    alike, compared = defaultdict[int, list[int]](list), dict[int, _OrbitComparison]()
+    for i, orbit in enumerate(orbits):
+        # Where there are many states, the work is in matrices; nothing is to be solved at rest.
+        alone = len(orbit.state) >= MANY or not pieces[i]
+        alike[-1 - i if alone else id(flow_of(orbit.model))].append(i)
+    for some in alike.values():
+        if len(some) > 1:
+            with suppress(np.linalg.LinAlgError):  # of one orbit: each is solved on its own
+                known = _differences([orbits[i] for i in some], [pieces[i] for i in some])
+                compared.update(zip(some, known, strict=True))
+    return [
+        _allowed_uncertainty(*given, compared.get(i))
+        for i, given in enumerate(zip(orbits, pieces, strict=True))
+    ]
+
+
+def _allowed_uncertainty(
+    orbit: PeriodicOrbit, pieces: int, compared: _OrbitComparison | None
+) -> Difference:
+    try:
+        found = orbit_difference(orbit, pieces, compared=compared)
+        if found.excess > 1 and found.what == "multipliers":
+            found = orbit_difference(orbit, pieces, orbit.multiplier_uncertainty)
+    except np.linalg.LinAlgError:
+        return Difference(np.inf)
+    return found
+
+
 def orbit_difference(
-    orbit: PeriodicOrbit, pieces: int, uncertainty: Array | None = None
+    orbit: PeriodicOrbit,
+    pieces: int,
+    uncertainty: Array | None = None,
+    compared: _OrbitComparison | None = None,
 ) -> Difference:
     """Return the largest difference: of states (scaled), duration and multipliers (relative).
 
@@ -118,11 +159,11 @@ def orbit_difference(
         worst = max(result.states, result.multipliers)
         what = "states" if worst == result.states else "multipliers"
         return Difference(worst, what=what)
-    tried = []
-    for finer in FINER:
-        tried.append(_differences(orbit, finer * pieces, free))
-        if _worst(tried[-1]) <= 1:
+    tried = [] if compared is None else [compared]
+    for finer in FINER[len(tried) :]:
+        if tried and _worst(tried[-1]) <= 1:
             break
+        tried += _differences([orbit], [finer * pieces], free)
     best = min(tried, key=_worst)
     states, multipliers = best.states, best.multipliers
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
@@ -173,7 +214,7 @@ def _along_branch(
             longer = model.values[DURATION.name] * (1 + place * duration)
             model = model.replace(**{DURATION.name: longer})
         moved = replace(orbit, model=model, nodes=orbit.nodes + place * nodes)
-        return _differences(moved, pieces, free)
+        return _differences([moved], [pieces], free)[0]
 
     before, place, best = 0.0, 0.01 * reach, compared.multipliers
     allowed = max(best.allowed, SINGULAR)
@@ -270,37 +311,98 @@ class _OrbitComparison(NamedTuple):
     open_direction: Array | None = None
 
 
-def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> _OrbitComparison:
-    """Compare states, duration and multipliers."""
-    flow = flow_of(orbit.model)
-    solution = solution_of(orbit, flow, pieces, slopes=True)
-    retraced = retrace(flow, orbit.model.state_scales(), solution)
-    if not (retraced.complete and np.isfinite(retraced.stages).all()):
-        return _OrbitComparison(Difference(retraced.drift), Difference(0.0))
-    field = _field(orbit.model, flow, solution.constants)
+def _differences(
+    orbits: Sequence[PeriodicOrbit], pieces: Sequence[int], free: Array | float = 0.0
+) -> list[_OrbitComparison]:
+    """Compare states, duration and multipliers; several orbits of one flow together.
+
+    Shapes: free (n,), what multipliers may differ by in any case.
+    """
+    flow, several = flow_of(orbits[0].model), len(orbits) > 1
+    given = zip(orbits, pieces, strict=True)
+    solutions = [solution_of(orbit, flow, count, slopes=True) for orbit, count in given]
+    scales = [orbit.model.state_scales() for orbit in orbits]
+    retraced = retrace_each(flow, np.array(scales), solutions)
+    found = [_OrbitComparison(Difference(item.drift), Difference(0.0)) for item in retraced]
+    known = [i for i, item in enumerate(retraced) if item.complete and item.is_finite]
+    whole = [_Whole(orbits[i], solutions[i], retraced[i], scales[i], flow) for i in known]
     try:
-        return _newton_step(orbit, solution.phases, field, retraced, free)
-    except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
-        return _OrbitComparison(Difference(np.inf), Difference(0.0))
+        compared = _compared(whole, free) if whole else []
+    except np.linalg.LinAlgError:  # one is so far from an orbit that nothing can be solved
+        if several:
+            raise
+        compared = [_OrbitComparison(Difference(np.inf), Difference(0.0))]
+    for i, comparison in zip(known, compared, strict=True):
+        found[i] = comparison
+    return found
 
 
-def _newton_step(
-    orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
-) -> _OrbitComparison:
-    forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
-    angle_periods = orbit.model.angle_periods / field.scales
-    condensed = _condensed(field, retraced, angle_periods, autonomous=not forced)
-    matrices, by_parameters, defects = _between(anchors, condensed)
-    rates = None if forced else field.rates(retraced.nodes, retraced.edges[:-1])
-    own = 0 if forced else 1
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """An orbit that was retraced as a whole, in N pieces."""
+
+    orbit: PeriodicOrbit
+    solution: SampledSolution
+    retraced: Retraced
+    scales: Array  # shape (n,)
+    flow: Flow
+
+    @property
+    def forced(self) -> bool:
+        return self.orbit.model.forced
+
+    @property
+    def anchors(self) -> NDArray[np.intp]:
+        """Numbers of the pieces that begin at nodes of the orbit."""
+        return np.searchsorted(self.retraced.edges, self.solution.phases[:-1])
+
+    @cached_property
+    def rates(self) -> Array | None:
+        """Direction of a cycle's flow at the beginnings, shape (N, n); None of a forced orbit."""
+        if self.forced:
+            return None
+        field = Field(self.flow, self.solution.constants, self.scales, [], LinearPart())
+        return field.rates(self.retraced.nodes, self.retraced.edges[:-1])
+
+
+def _compared(whole: Sequence[_Whole], free: Array | float) -> list[_OrbitComparison]:
+    """Compare orbits with polynomials in pieces, by one step of Newton's method."""
+    condensed = _condensed(whole)
+    ends = np.cumsum([len(item.retraced.nodes) for item in whole])
+    anchors = [item.anchors for item in whole]
+    offsets = np.concatenate([[0], ends[:-1]])
+    between = _between(
+        np.concatenate([own + first for own, first in zip(anchors, offsets, strict=True)]),
+        condensed,
+    )
+    n = condensed.shape[1]
     # Each piece has errors of its own.
-    n = retraced.nodes.shape[1]
-    values, moved = _multipliers(condensed[:, :, :n], rates)
-    rates = None if rates is None else rates[anchors]
+    matrices = np.split(condensed[:, :, :n], ends[:-1])
+    known = _multipliers(matrices, [item.rates for item in whole])
+    segments = np.split(between, np.cumsum([len(own) for own in anchors])[:-1])
+    return [
+        _comparison(*given, free) for given in zip(whole, anchors, segments, known, strict=True)
+    ]
+
+
+def _comparison(
+    whole: _Whole,
+    anchors: NDArray[np.intp],
+    segments: Array,
+    known: tuple[Complex, Array],
+    free: Array | float,
+) -> _OrbitComparison:
+    """Compare one of them, by what leads from node to node and by multipliers."""
+    (orbit, retraced), (values, moved) = (whole.orbit, whole.retraced), known
+    own, n = (0 if whole.forced else 1), retraced.nodes.shape[1]
+    rates = None if whole.rates is None else whole.rates[anchors]
     # By either method: a wrong critical multiplier must not make the orbit seem less well known.
     singular = is_singular(orbit.multipliers, own) or is_singular(values, own)
     off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
-    solved = _solved(matrices, by_parameters, defects, rates, off if singular else None)
+    defects = segments[:, :, n + 1]
+    solved = _solved(
+        segments[:, :, :n], segments[:, :, n], defects, rates, off if singular else None
+    )
     step, growth, along = solved.step, solved.growth, solved.along
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
@@ -326,44 +428,53 @@ def _finite(values: Array | float) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def _condensed(
-    field: Field, retraced: Retraced, angle_periods: Array, *, autonomous: bool
-) -> Array:
+def _condensed(whole: Sequence[_Whole]) -> Array:
     """Return how pieces end: by beginnings, by the unit of time, and what is lacking.
 
-    Shapes: angle_periods (n,); returns (N, n, n + 2).
+    Returns (N, n, n + 2), the pieces of one orbit after those of the other.
     """
-    (count, m, n), edges = retraced.stages.shape, retraced.edges
+    flow, linear, retraced = whole[0].flow, LinearPart(), [item.retraced for item in whole]
+    nodes = np.concatenate([item.nodes for item in retraced])
+    stages = np.concatenate([item.stages for item in retraced])
+    start = np.concatenate([item.edges[:-1] for item in retraced])
+    lengths = np.concatenate([np.diff(item.edges) for item in retraced])
+    following = np.concatenate([np.roll(item.nodes, -1, axis=0) for item in retraced])
+    which = np.repeat(np.arange(len(whole)), [len(item.nodes) for item in retraced])
+    constants = Constants.stacked([item.solution.constants for item in whole])
+    count, m, n = stages.shape
     together, parts = max(1, CHECKS.memory // (m * n) ** 2), []
     for first in range(0, count, together):
         rows = slice(first, first + together)
-        start, lengths = edges[:-1][rows], np.diff(edges)[rows]
-        nodes, stages = retraced.nodes[rows], retraced.stages[rows]
-        solved = newton_step(field, gauss_points(m), nodes, start, lengths, stages)
-        by_parameters = np.zeros((len(lengths), n, 1))
-        if autonomous:
-            by_parameters = solved.answered(field.rates(stages, solved.phases)[..., None])[1]
+        own, scales = np.repeat(which[rows], m), whole[0].scales
+        if len(whole) > 1:
+            scales = np.array([item.scales for item in whole])[own]
+        field = Field(flow, constants.rows(own), scales, [], linear)
+        given = nodes[rows], start[rows], lengths[rows], stages[rows]
+        solved = newton_step(field, gauss_points(m), *given)
+        by_parameters = np.zeros((len(solved.lengths), n, 1))
+        if not whole[0].forced:
+            rates = field.rates(stages[rows], solved.phases)
+            by_parameters = solved.answered(rates[..., None])[1]
         parts.append(
             np.concatenate([solved.matrices, by_parameters, solved.ends[..., None]], axis=2)
         )
     condensed = np.concatenate(parts)
-    following = np.roll(retraced.nodes, -1, axis=0)
-    condensed[:, :, n + 1] = wrap_angles(condensed[:, :, n + 1] - following, angle_periods)
+    angle_periods = np.array([item.orbit.model.angle_periods / item.scales for item in whole])
+    condensed[:, :, n + 1] = wrap_angles(condensed[:, :, n + 1] - following, angle_periods[which])
     return condensed
 
 
-def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Array]:
-    """Condense further: what leads from one anchor to the next."""
-    n = single.shape[1]
-    segments = []
-    for own in np.split(single, anchors[1:]):
-        whole = own[0].copy()
-        for piece in own[1:]:
-            whole = piece[:, :n] @ whole
-            whole[:, n:] += piece[:, n:]
-        segments.append(whole)
-    result = np.array(segments)
-    return result[:, :, :n], result[:, :, n], result[:, :, n + 1]
+def _between(anchors: NDArray[np.intp], single: Array) -> Array:
+    """Condense further: what leads from one anchor to the next, shape (anchors, n, n + 2)."""
+    n, counts = single.shape[1], np.diff(np.append(anchors, len(single)))
+    result = single[anchors]
+    for j in range(1, counts.max()):
+        some = np.flatnonzero(counts > j)
+        piece = single[anchors[some] + j]
+        whole = piece[:, :, :n] @ result[some]
+        whole[:, :, n:] += piece[:, :, n:]
+        result[some] = whole
+    return result
 
 
 class _SolvedStep(NamedTuple):
@@ -394,9 +505,8 @@ def _solved(
     size = count * n
     rows = np.arange(size).reshape(count, n)
     matrix = np.zeros((size + 1, size + 1))
-    for j in range(count):
-        matrix[rows[j][:, None], rows[j]] = matrices[j]
-        matrix[rows[j], np.roll(rows, -1, axis=0)[j]] -= 1.0
+    matrix[rows[:, :, None], rows[:, None, :]] = matrices
+    matrix[rows, np.roll(rows, -1, axis=0)] -= 1.0
     right = np.append(-defects.ravel(), 0.0)
     if rates is None:
         matrix[-1, -1] = 1.0
@@ -418,29 +528,53 @@ def _solved(
     return _SolvedStep(float(length), float(1 / values.min()), float(1 / least), direction)
 
 
-def _multipliers(matrices: Array, rates: Array | None) -> tuple[Complex, Array]:
-    """Return those of an orbit, last that of a cycle's own direction, and their sensitivities."""
-    if rates is None:
-        return _sensitive_eigenvalues(matrices)
-    along, across = without_motion(matrices, rates)
+def _multipliers(
+    matrices: Sequence[Array], rates: Sequence[Array | None]
+) -> list[tuple[Complex, Array]]:
+    """Return those of each orbit, last that of a cycle's own direction, and their sensitivities.
+
+    Shapes: matrices (N, n, n) of each, rates (N, n) of cycles.
+    """
+    along = list[Array | None]()
+    across = list[Array]()
+    for own, direction in zip(matrices, rates, strict=True):
+        parts = (None, own) if direction is None else without_motion(own, direction)
+        along.append(parts[0])
+        across.append(parts[1])
     values, moved = _sensitive_eigenvalues(across)
-    return np.append(values, np.prod(along)), np.append(moved, 0.0)
+    return [
+        (own, change)
+        if product is None
+        else (np.append(own, np.prod(product)), np.append(change, 0.0))
+        for own, change, product in zip(values, moved, along, strict=True)
+    ]
 
 
-def _sensitive_eigenvalues(matrices: Array) -> tuple[Complex, Array]:
-    r"""Return eigenvalues of a product, and by how much relative changes of its factors move them.
+def _sensitive_eigenvalues(matrices: Sequence[Array]) -> tuple[Complex, Array]:
+    r"""Return eigenvalues of products, and by how much relative changes of factors move them.
 
     With the vectors r and l of an eigenvalue, each propagated through the other factors, that is
     :math:`\sum_j |l_j| |A_j| |r_j| / |l^* r|`. Where growth and decay along an orbit are as strong
     as near a saddle, it is large though no multiplier is.
+
+    Shapes: matrices (N, n, n) of each of k products; returns (k, n), (k, n).
     """
-    values, right = np.linalg.eig(product(matrices))
-    columns = [right.astype(complex)]
-    for matrix in matrices[:-1]:
-        columns.append(matrix @ columns[-1])
-    rows = [np.linalg.inv(columns[0])]  # the columns on the right have unit length
-    for matrix in matrices[:0:-1]:
-        rows.append(rows[-1] @ matrix)
-    lengths = np.linalg.norm(rows[::-1], axis=2) * np.linalg.norm(columns, axis=1)
-    norms = np.linalg.svd(matrices, compute_uv=False).max(axis=1, initial=0.0)
-    return values.astype(complex), np.asarray(norms @ lengths)
+    k, n, longest = len(matrices), matrices[0].shape[1], max(map(len, matrices))
+    factors = np.tile(np.eye(n), (longest, k, 1, 1))
+    norms = np.zeros((longest, k, 1, 1))
+    for i, own in enumerate(matrices):
+        factors[: len(own), i] = own
+        sizes = np.linalg.svd(own, compute_uv=False).max(axis=1, initial=0.0)
+        norms[: len(own), i, 0, 0] = sizes
+    before, after = factors.copy(), factors.copy()  # products of factors up to each, and from it
+    for j in range(1, longest):
+        before[j] = factors[j] @ before[j - 1]
+        after[-1 - j] = after[-j] @ factors[-1 - j]
+    values, right = np.linalg.eig(before[-1])
+    left = np.linalg.inv(right)  # rows; the columns on the right have unit length
+    lengths = np.ones((longest, k, n))
+    lengths[1:] = np.linalg.norm(before[:-1] @ right, axis=2)
+    lengths[:-1] *= np.linalg.norm(left @ after[1:], axis=3)
+    lengths[-1] *= np.linalg.norm(left, axis=2)
+    moved = (norms[..., 0] * lengths).sum(axis=0)
+    return values.astype(complex), np.asarray(moved)

@@ -6,7 +6,7 @@ whatever integrated it. A step that went over something is seen at the points be
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -58,6 +58,11 @@ class Retraced:
     resolved: bool = True  # whether the pieces are short enough for that
 
     @property
+    def is_finite(self) -> bool:
+        """Whether all of its states are numbers."""
+        return bool(np.isfinite(self.stages).all())
+
+    @property
     def size(self) -> float:
         """Size of the states, one at least: errors of steps are relative to it."""
         return max(1.0, float(np.abs(self.nodes).max()))
@@ -70,7 +75,7 @@ class Retraced:
 
 
 class _Pieces(NamedTuple):
-    """Pieces of one trajectory, one a row."""
+    """Pieces of trajectories, one a row."""
 
     begin: Array
     length: Array
@@ -106,7 +111,35 @@ def retrace(flow: Flow, scales: Array, solution: SampledSolution) -> Retraced:
 
     If that does not end, the pieces are the initial ones.
     """
-    first = compared = _compared(flow, scales, solution, _first_pieces(flow, solution))
+    return retrace_each(flow, scales[None], [solution])[0]
+
+
+def retrace_each(flow: Flow, scales: Array, solutions: Sequence[SampledSolution]) -> list[Retraced]:
+    """Do this for many trajectories together. Shapes: scales (k, n)."""
+    constants = Constants.stacked([solution.constants for solution in solutions])
+    firsts = _first_pieces(flow, solutions, constants)
+    searches = [_retracing(*given) for given in zip(solutions, scales, firsts, strict=True)]
+    waiting, done = {i: next(search) for i, search in enumerate(searches)}, dict[int, Retraced]()
+    slopes = any(solution.slopes for solution in solutions)
+    while waiting:
+        counts = [len(pieces.begin) for pieces in waiting.values()]
+        which = np.repeat(list(waiting), counts)
+        pieces = _Pieces(*map(np.concatenate, zip(*waiting.values(), strict=True)))
+        compared = _compared(flow, scales[which], constants.rows(which), pieces, slopes)
+        for i, last, count in zip(list(waiting), np.cumsum(counts).tolist(), counts, strict=True):
+            try:
+                waiting[i] = searches[i].send(compared.rows(slice(last - count, last)))
+            except StopIteration as end:
+                done[i] = end.value
+                del waiting[i]
+    return [done[i] for i in range(len(solutions))]
+
+
+def _retracing(
+    solution: SampledSolution, scales: Array, pieces: _Pieces
+) -> Generator[_Pieces, _Compared, Retraced]:
+    """Yield pieces that are to be compared with the equations; return the whole trajectory."""
+    first = compared = yield pieces
     done, end, tried = list[_Compared](), float(solution.phases[-1]), len(first.ends)
     while True:
         done.append(compared.rows(compared.resolved))
@@ -119,35 +152,57 @@ def retrace(flow: Flow, scales: Array, solution: SampledSolution) -> Retraced:
         if len(waiting.ends) > CHECKS.batch:
             end = float(waiting.begin[CHECKS.batch])
             waiting = waiting.rows(np.arange(len(waiting.ends)) < CHECKS.batch)
-        compared = _compared(flow, scales, solution, waiting.halves())
+        compared = yield waiting.halves()
         tried += len(compared.ends)
 
 
-def _first_pieces(flow: Flow, solution: SampledSolution) -> _Pieces:
-    """Cut the parts of a trajectory into equal pieces."""
-    count, phases = solution.pieces, solution.phases
-    states = flow.sample(solution.states[:-1], phases[:-1], phases[1:], count, solution.constants)
-    lengths = np.diff(phases) / count
-    begin = phases[:-1, None] + lengths[:, None] * np.arange(count)
-    return _Pieces(begin.ravel(), np.repeat(lengths, count), states.reshape(begin.size, -1))
+def _first_pieces(
+    flow: Flow, solutions: Sequence[SampledSolution], constants: Constants
+) -> list[_Pieces]:
+    """Cut the parts of trajectories into equal pieces."""
+    found: dict[int, _Pieces] = {}
+    for count in {solution.pieces for solution in solutions}:
+        own = [i for i, solution in enumerate(solutions) if solution.pieces == count]
+        given = [solutions[i] for i in own]
+        parts = [len(solution.phases) - 1 for solution in given]
+        begin, end = (
+            np.concatenate([solution.phases[some] for solution in given])
+            for some in (slice(None, -1), slice(1, None))
+        )
+        states = np.concatenate([solution.states[:-1] for solution in given])
+        rows = constants.rows(np.repeat(own, parts))
+        states = flow.sample(states, begin, end, count, rows)
+        lengths = (end - begin) / count
+        begin = begin[:, None] + lengths[:, None] * np.arange(count)
+        for i, last, size in zip(own, np.cumsum(parts).tolist(), parts, strict=True):
+            some = slice(last - size, last)
+            along = states[some].reshape(size * count, -1)
+            found[i] = _Pieces(begin[some].ravel(), np.repeat(lengths[some], count), along)
+    return [found[i] for i in range(len(solutions))]
 
 
-def _compared(flow: Flow, scales: Array, solution: SampledSolution, pieces: _Pieces) -> _Compared:
-    """Integrate each piece to its end, and compare its change with the integral of the rates."""
+def _compared(
+    flow: Flow, scales: Array, constants: Constants, pieces: _Pieces, slopes: bool
+) -> _Compared:
+    """Integrate each piece to its end, and compare its change with the integral of the rates.
+
+    If `slopes`, their integral is examined as well. Shapes: scales (N, n).
+    """
     phases = pieces.begin[:, None] + pieces.length[:, None] * _FRACTIONS[_ORDER]
-    states = flow.along(pieces.states, phases, solution.constants)
-    rates = flow.rates(states.reshape(phases.size, -1), phases.ravel(), solution.constants)
-    rates = rates.reshape(states.shape) / scales * pieces.length[:, None, None]
-    states = states / scales
+    states = flow.along(pieces.states, phases, constants)
+    each, wide = constants.repeated(phases.shape[1]), scales[:, None]
+    rates = flow.rates(states.reshape(phases.size, -1), phases.ravel(), each)
+    rates = rates.reshape(states.shape) / wide * pieces.length[:, None, None]
+    states = states / wide
     change = states[:, -1] - states[:, 0]
     weights = _GAUSS.weights
-    coarse = change - np.einsum("k,ikn->in", weights, rates[:, _STAGES])
-    defects = change - np.einsum("k,ikn->in", np.tile(weights / 2, 2), rates[:, _FINE])
+    coarse = change - weights @ rates[:, _STAGES]
+    defects = change - np.tile(weights / 2, 2) @ rates[:, _FINE]
     size = 1.0 + np.abs(states).max(axis=(1, 2)) + np.abs(rates).max(axis=(1, 2))
     worst = np.maximum(np.abs(coarse), np.abs(defects)).max(axis=1)
     resolved = worst <= CHECKS.rounding * size  # not where it is not a number
-    if solution.slopes:
-        resolved &= _slopes_resolved(flow, scales, solution, pieces, phases, states)
+    if slopes:
+        resolved &= _slopes_resolved(flow, scales, constants, pieces, phases, states)
     resolved |= (pieces.length < CHECKS.rounding) & np.isfinite(worst)
     middles = states[:, _MIDDLE] * scales
     return _Compared(*pieces, states[:, _STAGES], middles, states[:, -1], defects, resolved)
@@ -156,19 +211,21 @@ def _compared(flow: Flow, scales: Array, solution: SampledSolution, pieces: _Pie
 def _slopes_resolved(
     flow: Flow,
     scales: Array,
-    solution: SampledSolution,
+    constants: Constants,
     pieces: _Pieces,
     phases: Array,
     states: Array,
 ) -> Mask:
     """Whether the integral of the Jacobian is the same by half as many points."""
     chosen = np.concatenate([_STAGES, _FINE])
-    n = len(scales)
-    at, when = (states[:, chosen] * scales).reshape(-1, n), phases[:, chosen].ravel()
-    slopes = flow.jacobians(at, when, solution.constants) * (scales / scales[:, None])
-    slopes = slopes.reshape(len(states), len(chosen), n * n) * pieces.length[:, None, None]
+    n = scales.shape[1]
+    at, when = (states[:, chosen] * scales[:, None]).reshape(-1, n), phases[:, chosen].ravel()
+    slopes = flow.jacobians(at, when, constants.repeated(len(chosen)))
+    slopes = slopes.reshape(len(states), len(chosen), n, n)
+    slopes *= (scales[:, None, :] / scales[:, :, None] * pieces.length[:, None, None])[:, None]
+    slopes = slopes.reshape(len(states), len(chosen), n * n)
     weights = np.concatenate([_GAUSS.weights, np.tile(-_GAUSS.weights / 2, 2)])
-    change = np.abs(np.einsum("k,ikn->in", weights, slopes)).max(axis=1)
+    change = np.abs(weights @ slopes).max(axis=1)
     return np.asarray(change <= CHECKS.slopes * (1.0 + np.abs(slopes).max(axis=(1, 2))))
 
 
