@@ -9,7 +9,7 @@ import {
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
-import { SweepLayer, sweepTraces } from "./sweep.js";
+import { MotionLayer, motionTraces } from "./motion_layer.js";
 import { LIGHT, colors, themeChanged } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 
@@ -18,9 +18,6 @@ const MARK = 9;
 const MOVED = 4;
 const KEY_STEPS = 200;
 const FAINT = 0.4;
-
-/** Dots of a simulation that are all drawn, one a forcing period; more are thinned out to so few. */
-const DOTS = { all: 600, few: 150 };
 
 export class DiagramPlot {
   /** The element to put on the page. */
@@ -40,7 +37,7 @@ export class DiagramPlot {
   #session;
   #measurements;
   #sweep;
-  #sweepLayer = new SweepLayer();
+  #motions = new MotionLayer();
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
@@ -55,13 +52,13 @@ export class DiagramPlot {
     this.#session = session;
     this.#measurements = measurements;
     this.#sweep = sweep;
-    this.node.append(this.#canvas, this.#sweepLayer.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
+    this.node.append(this.#canvas, this.#motions.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting, this.#draft);
     this.#tellBusy();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
     measurements.changed.subscribe(() => this.#schedule());
-    sweep.changed.subscribe(() => this.#drawSweep());
+    sweep.changed.subscribe(() => this.#drawMotions());
     session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
@@ -83,15 +80,17 @@ export class DiagramPlot {
    * @param {{x: number, y: number[]}|null} points in SI units
    */
   simulated(points) {
+    const isGone = this.#simulated && !points;
     this.#simulated = points;
-    this.#schedule();
+    this.#drawMotions();
+    if (isGone) this.#schedule(); // the ordinate may have held it
   }
 
   /** The figure as plotly's data and layout, for a file: with a legend and on white. */
   figure() {
     const { diagram, names } = this.#drawn;
     const color = (name) => LIGHT[name] ?? "#000000";
-    const traces = [...this.#traces(diagram, color), ...sweepTraces(this.#sweep.runs, factors(diagram), color)];
+    const traces = [...this.#traces(diagram, color), ...motionTraces(this.#simulated, this.#sweep.runs, factors(diagram), color)];
     for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
     const sheet = structuredClone(this.#canvas.layout);
     const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
@@ -128,7 +127,7 @@ export class DiagramPlot {
       { title: escaped(title.y), range: range.y }, size);
     const plotted = window.Plotly.react(this.#canvas, this.#traces(diagram, color), sheet, CONFIG);
     this.#place();
-    this.#drawSweep();
+    this.#drawMotions();
     await plotted;
     this.#listenToPlot();
     requestAnimationFrame(() => this.#tellPainted(number, diagram));
@@ -156,7 +155,7 @@ export class DiagramPlot {
     const marks = markTrace(diagram, live, paper, this.#labels(diagram));
     this.#isDrawnFaint = this.#isFaint;
     return [
-      ...pinned, ...this.#simulatedTraces(color),
+      ...pinned,
       ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
       ...measurementTraces(this.#measured(diagram), factors(diagram), color("measurements")),
     ];
@@ -165,22 +164,6 @@ export class DiagramPlot {
   /** Whether the curve drawn is a draft, or belongs to other values: the exact one is to come. */
   get #isFaint() {
     return !this.#session.isSettled && !this.#session.isMore;
-  }
-
-  #simulatedTraces(color) {
-    const { x = 0, y: all = [] } = this.#simulated ?? {};
-    const step = all.length > DOTS.all ? Math.ceil(all.length / DOTS.few) : 1;
-    const y = all.filter((_, i) => (all.length - 1 - i) % step === 0);
-    const [fx, fy] = factors(this.#session.diagram);
-    const tint = color("simulation");
-    const opacity = y.map((_, i) => 0.15 + (0.6 * (i + 1)) / y.length);
-    const dots = { color: tint, size: 4, opacity };
-    const last = { color: tint, size: 9, symbol: "circle-open", line: { width: 2, color: tint } };
-    const trace = { type: "scatter", mode: "markers", hoverinfo: "skip", showlegend: false };
-    return [
-      { ...trace, x: y.map(() => x * fx), y: y.map((value) => value * fy), marker: dots },
-      { ...trace, x: y.slice(-1).map(() => x * fx), y: y.slice(-1).map((v) => v * fy), marker: last },
-    ];
   }
 
   /** What was measured of what a diagram shows. */
@@ -243,15 +226,16 @@ export class DiagramPlot {
     this.#draft.hidden = isSettled || !diagram?.draft;
   }
 
-  /** Draw the places of a sweep; plotly is asked only where they need another range. */
-  #drawSweep() {
+  /** Draw a simulation and a sweep; plotly is asked only where they need another range. */
+  #drawMotions() {
     if (!this.#drawn) return;
     const { diagram, map } = this.#drawn;
     const [fx, fy] = factors(diagram);
-    this.#sweepLayer.draw(this.#sweep.runs, map, [fx, fy]);
+    this.#motions.draw(this.#simulated, this.#sweep.runs, map, [fx, fy]);
     const [low, high] = this.#sight.y;
-    const isBeyond = this.#sweep.places.some(({ y }) => y * fy < low || y * fy > high);
-    if (isBeyond && !this.#session.view.zoom && !this.#frame) this.#schedule();
+    const isBeyond = (y) => y * fy < low || y * fy > high;
+    const isWider = this.#sweep.places.some(({ y }) => isBeyond(y)) || this.#simulated?.y.some(isBeyond);
+    if (isWider && !this.#session.view.zoom && !this.#frame) this.#schedule();
   }
 
   /** Move what marks the working point. */

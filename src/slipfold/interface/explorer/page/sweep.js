@@ -1,6 +1,6 @@
 /** A motion that is followed up and down the diagram, and what is drawn of it. */
 
-import { element, set, svg } from "./dom.js";
+import { element } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { decoded, loudspeaker } from "./sound.js";
 import { Signal } from "./store.js";
@@ -113,41 +113,6 @@ function nothing() {
 /** What the places of a sweep belong to. */
 function keyOf(view) {
   return JSON.stringify(sweepRequest(view));
-}
-
-/** The sweep above the curves: two paths of arrows, however many places there are. */
-export class SweepLayer {
-  /** The element to put on the plot. */
-  node = svg("svg", { class: "sweep-layer", "aria-hidden": "true" });
-  #paths = Object.fromEntries(RUNS.map((run) => [run, svg("path", { class: `sweep ${run}` })]));
-
-  constructor() {
-    this.node.append(...Object.values(this.#paths));
-  }
-
-  /**
-   * @param {{toPixel: Function, isInside: Function}} map of the plot
-   * @param {[number, number]} factors of both axes
-   */
-  draw(runs, map, [fx, fy]) {
-    for (const run of RUNS) {
-      const ahead = run === "up" ? 1 : -1;
-      const places = runs[run].map(({ x, y, size }) => [size, ...map.toPixel(x * fx, y * fy)])
-        .filter(([, ...at]) => map.isInside(...at));
-      const arrows = places.map(([size, x, y]) =>
-        `M${(x - ahead * size).toFixed(1)} ${(y - size).toFixed(1)}l${2 * ahead * size} ${size}l${-2 * ahead * size} ${size}z`);
-      set(this.#paths[run], { d: arrows.join(""), "data-count": places.length });
-    }
-  }
-}
-
-/** The same as traces of plotly, for a file. */
-export function sweepTraces(runs, [fx, fy], color) {
-  const tints = { up: color("simulation"), down: color("pin-2") };
-  return RUNS.filter((run) => runs[run].length).map((run) => ({
-    type: "scatter", mode: "markers", name: `sweep ${run}`, x: runs[run].map(({ x }) => x * fx), y: runs[run].map(({ y }) => y * fy),
-    marker: { color: tints[run], size: runs[run].map(({ size }) => 2 * size), symbol: run === "up" ? "triangle-right" : "triangle-left" },
-  }));
 }
 
 export class SweepControl {
