@@ -293,14 +293,13 @@ def _pieces(knots: list[Knot], *, straight: bool = False, closed: bool = False) 
     for first, end in pairwise([0, *cusps, last] if last > 0 else []):
         part = knots[first : end + 1]
         smooth = _splines(part, closed and len(part) == len(knots))
-        corners = np.array([(knot.s, knot.values[1]) for knot in part]).T
-        for a, b in pairwise(part):
-            s = np.linspace(a.s, b.s, PIECES + 1)
-            line = np.column_stack([s, *(spline(s) for spline in smooth)])
-            if straight:
-                line[:, 2] = np.interp(s, *corners)
-            line[[0, -1], 1:] = a.values, b.values
-            lines.append(line)
+        corners = np.array([(knot.s, *knot.values) for knot in part])
+        s = np.linspace(corners[:-1, 0], corners[1:, 0], PIECES + 1, axis=1)
+        drawn = np.stack([s, *(spline(s) for spline in smooth)], axis=2)
+        if straight:
+            drawn[:, :, 2] = np.interp(s, corners[:, 0], corners[:, 2])
+        drawn[:, 0, 1:], drawn[:, -1, 1:] = corners[:-1, 1:], corners[1:, 1:]
+        lines += list(drawn)
     return lines
 
 

@@ -13,6 +13,7 @@ from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import parse_request
 from slipfold.interface.explorer.settings import PageSettings
+from slipfold.interface.explorer.workers import Superseded
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -79,6 +80,32 @@ def test_a_draft_comes_before_the_diagram_of_a_neighbor_and_agrees_with_it(clien
             assert mark["type"] == true["type"]
             assert mark["value"] == pytest.approx(true["value"], abs=3e-4)
             assert mark["y"] == pytest.approx(true["y"], abs=1e-3)
+
+
+def test_an_orbit_of_a_draft_follows_no_response_again(monkeypatch):
+    """A slider that moves asks for both: the orbit would take as long as the diagram."""
+    answers, answering = [], Answering(Catalogue())
+
+    def until_drafted(answer):
+        answers.append(answer)
+        if answer.get("draft"):
+            raise Superseded
+
+    changed = {"f": 12.5, "Vd": 0.61}
+    answering.answer(parse_request(json.dumps(diagram(1))), answers.append, lambda: None)
+    request = parse_request(json.dumps(diagram(2, parameters=changed)))
+    with pytest.raises(Superseded):
+        answering.answer(request, until_drafted, lambda: None)
+    monkeypatch.setattr("slipfold.interface.explorer.answering.response", None)
+    branch = answers[-1]["branches"][0]
+    middle = len(branch["x"]) // 2
+    at = {"branch": 1, "arclength": branch["arclength"][middle], "value": branch["x"][middle]}
+    request = parse_request(json.dumps({**ORBIT, "parameters": changed, "at": at}))
+    answering.answer(request, answers.append, lambda: None)
+    model = sf.SlidingOscillator(Vd=0.61, Nd=at["value"])
+    exact = sf.periodic_orbit(model, 1, {name: v[0] for name, v in answers[-1]["states"].items()})
+    found = sorted(abs(complex(*pair)) for pair in answers[-1]["multipliers"])
+    assert found == pytest.approx(sorted(abs(exact.multipliers)), rel=1e-8)
 
 
 def ask_all(client, request):

@@ -5,10 +5,11 @@ import json
 import os
 import signal
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import pytest
 
-from helpers.explorer_server import diagram, running_explorer
+from helpers.explorer_server import BASE, diagram, running_explorer
 from slipfold.interface.explorer.messages import parse_request
 from slipfold.interface.explorer.security import ServerLimits
 from slipfold.interface.explorer.workers import Job, Workers
@@ -20,6 +21,8 @@ PLANE = {
     "x": {"name": "f", "span": [11.5, 13.5]},
     "y": {"name": "Nd", "span": [0, 0.9]},
 }
+
+EXPONENTS = {"kind": "exponents", "id": 1, "model": "sliding"}
 
 
 @pytest.fixture(scope="module")
@@ -111,13 +114,28 @@ def test_workers_that_cannot_start_are_not_started_for_ever():
     assert "no worker process can be started" in sentence
 
 
-def test_quick_requests_go_first_and_none_waits_for_ever():
-    def job(request, place):
-        made = Job(parse_request(json.dumps(request)), 0, None, None)
-        made.position = place
-        return made
+def test_an_orbit_waits_for_the_worker_that_follows_its_diagram():
+    orbit = {"kind": "orbit", "id": 1, **BASE, "at": {"branch": 1, "arclength": 0.1}}
+    workers, free = Workers(None, 2, ServerLimits()), SimpleNamespace(idle=True, job=None)
+    taken = {
+        kind: SimpleNamespace(idle=False, dropping=False, job=made(request))
+        for kind, request in (("diagram", diagram()), ("exponents", EXPONENTS))
+    }
+    for kind, chosen in (("diagram", None), ("exponents", free)):
+        workers._workers = [taken[kind], free]
+        assert workers._choose(made(orbit)) is chosen
+        assert workers._choose(made(diagram())) is free
 
-    plane = job(PLANE, 1)
-    assert job(diagram(), 2).order < plane.order
-    assert job(diagram(), 200).order > plane.order
-    assert job(diagram(slot="pin:1"), 2).order > job(diagram(), 3).order
+
+def made(request, place=1):
+    """A job of the client whose worker is the first one."""
+    job = Job(parse_request(json.dumps(request)), 0, None, None)
+    job.position = place
+    return job
+
+
+def test_quick_requests_go_first_and_none_waits_for_ever():
+    plane = made(PLANE, 1)
+    assert made(diagram(), 2).order < plane.order
+    assert made(diagram(), 200).order > plane.order
+    assert made(diagram(slot="pin:1"), 2).order > made(diagram(), 3).order

@@ -9,6 +9,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any, cast
 
+from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.draft import draft_branches
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.computations.loci import bifurcation_set
@@ -120,7 +121,8 @@ class Answering:
 
     def _answer(self, request: ViewRequest, send: Emit, check: Check) -> None:
         if isinstance(request, OrbitRequest):
-            send(orbit_view(self._orbit(request, check), request.vary))
+            orbit = self._orbit(request, check, self._drafted(request))
+            send(orbit_view(orbit, request.vary))
         elif isinstance(request, PlaneRequest):
             send(plane_view(self._plane(request, check, PlaneProgress(send))))
         else:
@@ -213,13 +215,26 @@ class Answering:
             del self._nearest[next(iter(self._nearest))]
         return self._diagrams[key]
 
-    def _orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
-        """Return the orbit that a request is about."""
+    def _drafted(self, request: OrbitRequest) -> tuple[Branch, ...]:
+        """Return the branches of a draft of the diagram that a request is about, if it is newest.
+
+        What a page shows while a slider moves need not wait for the exact diagram.
+        """
+        model = self._catalogue.of(request)
+        near = self._nearest.get(_family(model, request))
+        if near is None or near.model != model.replace(**{request.vary: request.span[0]}):
+            return ()
+        return near.branches
+
+    def _orbit(
+        self, request: OrbitRequest, check: Check, known: tuple[Branch, ...] = ()
+    ) -> PeriodicOrbit:
+        """Return the orbit that a request is about; its branches may be known."""
         at = request.at
         if not isinstance(at, OnBranch):
             model = self._catalogue.of(request).replace(**{request.vary: at.value})
             return periodic_orbit(model, at.period, at.state)
-        branches = self._diagram(request, check).branches
+        branches = known or self._diagram(request, check).branches
         if at.branch > len(branches):
             raise InputError(
                 f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"

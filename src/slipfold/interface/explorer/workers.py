@@ -23,6 +23,7 @@ from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     ExportRequest,
+    OrbitRequest,
     PostedRequest,
     ViewRequest,
 )
@@ -353,7 +354,9 @@ class Workers:
             )
             if self._count > 1:
                 return others[0] if others and slow < self._count - 1 else None
-        if home.idle or home.dropping:
+        # It knows the branches of an orbit, which another would have to follow.
+        follows = home.job is not None and isinstance(home.job.request, DiagramRequest)
+        if home.idle or home.dropping or (follows and isinstance(job.request, OrbitRequest)):
             return home if home.idle else None
         return idle[0] if idle else None
 
