@@ -181,7 +181,10 @@ def _component(component: Component, name: str, symbols: Mapping[str, str]) -> I
         plate = own.get("Vd", "Vd")
         turns = ("",) if len(along) == 1 else ("cos", "sin")
         of = [f"{plate} {turn}({own.get('alpha', 'α')})" if turn else plate for turn in turns]
-        slips = [f"{part} − ({one})′" for part, one in zip(of, along, strict=True)]
+        slips = [
+            f"{part} − {one}′" if one.isidentifier() else f"{part} − ({one})′"
+            for part, one in zip(of, along, strict=True)
+        ]
         yield [
             name,
             f"μ(|s|) N s/|s|, s = {', '.join(slips)}",

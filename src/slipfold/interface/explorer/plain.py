@@ -69,10 +69,10 @@ def plain_text(formula: str) -> str:
     return unicodedata.normalize("NFC", text).strip()
 
 
-SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$")
-"""A symbol in mathtext, and what stands below it."""
+SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$(?: (\w+))?")
+"""A symbol in mathtext, what stands below it, and the part of a structure that it belongs to."""
 
-NUMBERED = re.compile(r"([A-Za-z])([0-9]*)")
+NUMBERED = re.compile(rf"([A-Za-z]|{SMALL.replace(' ', '|')})([0-9]*)")
 """A name that reads as a symbol: one letter, and perhaps a number."""
 
 
@@ -99,11 +99,15 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
 def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
     """Describe a quantity by its label, or by its name where it has none of its own."""
     formula = label.removesuffix(f" ({unit})") or name
-    parts = (SYMBOL if label else NUMBERED).fullmatch(formula)
+    if not label and (found := NUMBERED.fullmatch(name)):
+        letter = found[1] if len(found[1]) == 1 else rf"\{found[1]}"
+        formula = f"${letter}_{found[2]}$" if found[2] else f"${letter}$"
+    parts = SYMBOL.fullmatch(formula)
+    below = [plain_text(part) for part in parts.groups()[1:] if part] if parts else []
     return {
         "name": name,
-        "label": plain_text(formula) if label else name,
-        "symbol": [plain_text(part or "") for part in parts.groups()] if parts else None,
+        "label": plain_text(formula) if label or parts else name,
+        "symbol": [plain_text(parts[1]), " ".join(below)] if parts else None,
         "unit": unit,
         "doc": doc,
     }

@@ -214,12 +214,14 @@ class BoucWen(MemoryLaw):
     unit: ClassVar[str] = ""
 
     A: float = described(
-        positive("A", 1e4, "1/m", "stiffness of the contact over the normal force")
+        positive("A", 1e4, "1/m", "stiffness of the contact over the normal force", "$A$")
     )
     b: float = described(
-        nonnegative("b", 2e4, "1/m", "shape of the loop: part that depends on |v|")
+        nonnegative("b", 2e4, "1/m", "shape of the loop: part that depends on |v|", "$b$")
     )
-    c: float = described(Parameter("c", 2e4, "1/m", "shape of the loop: part that depends on v"))
+    c: float = described(
+        Parameter("c", 2e4, "1/m", "shape of the loop: part that depends on v", symbol="$c$")
+    )
     e: float = described(REST_SPEED)
     exponent: int = structural("the exponent n, an even whole number", 2, checked_exponent)
 

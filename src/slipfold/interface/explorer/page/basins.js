@@ -203,7 +203,7 @@ export class BasinsPanel {
         `boundary: starts within a cell differ, ${(100 * share).toPrecision(3)} % of the cells`)] : []));
     const size = picture.x.values.length;
     const others = this.#session.model.states.length > 2 ? ", all other states as at the model's start" : "";
-    if (done) this.#rest(`From ${size} × ${size} starts${others}. Click one to let it go.`);
+    if (done) this.#rest(`From ${size} × ${size} starts${others}. Click one to simulate from it.`);
     else this.#working(`From ${size} × ${size} starts; computing more…`);
   }
 

@@ -3,7 +3,7 @@
 import { MARKERS, placeOfSpecial } from "./diagram_data.js";
 import { Choice, element, icon, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
-import { display, withUnit } from "./quantities.js";
+import { asSentence, display, withUnit } from "./quantities.js";
 import {
   STATISTICS, initialView, inside, spanOf, withPin, withPinName, withStart, withVaried, withoutPin,
 } from "./view.js";
@@ -14,8 +14,7 @@ export class CheckedLine {
 
   /** @param {{sentence: string, agree: boolean}|null} [checked] the server's */
   show(checked = null) {
-    const sentence = checked?.sentence ?? "";
-    this.node.textContent = sentence && `${sentence[0].toUpperCase()}${sentence.slice(1)}.`;
+    this.node.textContent = asSentence(checked?.sentence ?? "");
     this.node.title = this.node.textContent;
     this.node.classList.toggle("disagrees", checked?.agree === false);
   }
@@ -185,12 +184,16 @@ export class SpecialPoints {
     this.#session = session;
     this.node.append(this.#list, this.#ends, this.#checked.node);
     session.diagramArrived.subscribe(({ answer }) => this.#show(answer));
+    // Those of another model do not stand beside the name of this one.
+    session.store.changed.subscribe(({ view, before }) => this.node.classList.toggle(
+      "absent", (view.model !== before.model || this.node.classList.contains("absent")) && !session.diagram));
     for (const signal of [session.diagramArrived, session.failed]) {
       signal.subscribe(() => this.node.classList.toggle("refused", session.hasFailed));
     }
   }
 
   #show(diagram) {
+    this.node.classList.remove("absent");
     const items = diagram.branches.flatMap((branch) =>
       branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x) })));
     const ends = diagram.branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));

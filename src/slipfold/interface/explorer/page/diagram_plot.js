@@ -5,7 +5,7 @@ import {
 } from "./diagram_data.js";
 import { element } from "./dom.js";
 import {
-  CONFIG, covers, fits, frame, labelPlaces, layout, mapping, padded, roundStep, stepped,
+  CONFIG, covers, fits, labelPlaces, layout, mapping, padded, roundStep, stepped,
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
@@ -120,7 +120,7 @@ export class DiagramPlot {
     const number = this.#asked;
     const size = [this.node.clientWidth, this.node.clientHeight];
     const range = this.#ranges(diagram);
-    this.#drawn = { diagram, size, map: mapping(size, range.x, range.y), names: view.pins };
+    this.#drawn = { diagram, map: mapping(size, range.x, range.y), names: view.pins };
     const color = colors();
     const title = { x: axisTitle(diagram.x), y: valueTitle(diagram.y) };
     const sheet = layout(color, { title: escaped(title.x), range: range.x },
@@ -173,11 +173,11 @@ export class DiagramPlot {
 
   #labels(diagram) {
     const [fx, fy] = factors(diagram);
-    const { map, size } = this.#drawn;
+    const { map } = this.#drawn;
     const at = (x, y) => map.toPixel(x * fx, y * fy);
     const texts = marksOf(diagram).map((mark) => ({ text: mark.text, short: mark.short, at: at(mark.x, mark.y) }));
     const lines = diagram.branches.map(({ x, y }) => x.map((value, i) => at(value, y[i])));
-    return labelPlaces(texts, lines, frame(size));
+    return labelPlaces(texts, lines, map.frame);
   }
 
   /** What the axes show: the zoom, or everything; while a slider moves they only grow. */
@@ -210,8 +210,8 @@ export class DiagramPlot {
 
   /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
   #told({ progress, value }) {
-    const { vary } = this.#session.view;
-    return ` ${progress}, ${vary} = ${withUnit(this.#session.quantity(vary), value)}`;
+    const vary = this.#session.quantity(this.#session.view.vary);
+    return ` ${progress}, ${vary.label} = ${withUnit(vary, value)}`;
   }
 
   #tellBusy() {
@@ -242,9 +242,9 @@ export class DiagramPlot {
   #place() {
     if (!this.#drawn) return;
     const { place, view } = this.#session;
-    const { diagram, size, map } = this.#drawn;
+    const { diagram, map } = this.#drawn;
     const [fx] = factors(diagram);
-    const box = frame(size);
+    const box = map.frame;
     const [x] = map.toPixel(view.parameters[view.vary] * fx, 0);
     const isSeen = x >= box.left - 1 && x <= box.left + box.width + 1;
     this.#cursor.hidden = !isSeen;

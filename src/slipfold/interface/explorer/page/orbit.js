@@ -2,7 +2,7 @@
 
 import { element } from "./dom.js";
 import { Cursor, Player } from "./player.js";
-import { axisTitle, formatted, withUnit } from "./quantities.js";
+import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Schematic } from "./model/schematic.js";
 import { Mechanism, PhaseAnimation, sampled } from "./stages.js";
@@ -63,12 +63,15 @@ function drawOverTime(plot, { answer, quantity, isForced }, names, values) {
   const duration = answer.t.at(-1) - answer.t[0];
   plot.length = isForced ? answer.period : duration;
   const time = answer.t.map((t) => ((t - answer.t[0]) / (duration || 1)) * plot.length);
-  const units = new Set(names.map((name) => quantity(name)?.unit ?? ""));
+  const units = new Set(names.map((name) => display(quantity(name) ?? {}).unit));
+  const [unit] = units;
+  // On one axis only shapes of quantities with different units can be compared.
+  const sizeOf = (name) => (units.size === 1 ? 1 : Math.max(...values[name].map(Math.abs)) || 1);
   plot.draw({
     x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, plot.length] },
-    y: { label: units.size === 1 && [...units][0] ? `(${[...units][0]})` : "" },
+    y: { label: units.size > 1 ? "over largest" : unit ? `(${unit})` : "" },
     lines: names.map((name, i) => ({
-      x: time, y: values[name], tint: `tint-${i + 1}`, name: quantity(name)?.label ?? name,
+      x: time, y: values[name].map((value) => value / sizeOf(name)), tint: `tint-${i + 1}`, name: quantity(name)?.label ?? name,
     })),
   });
 }

@@ -4,7 +4,7 @@ import { escaped } from "./diagram_data.js";
 import { CheckedLine } from "./diagram_panel.js";
 import { element } from "./dom.js";
 import { PlaneLegend, PointCard, shadesOf } from "./plane_panel.js";
-import { CONFIG, frame, labelPlaces, layout, mapping, padded, roundStep, snapped } from "./plot_tools.js";
+import { CONFIG, labelPlaces, layout, mapping, padded, roundStep, snapped } from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
 import { colors, themeChanged, typeScale } from "./theme.js";
 import { inside } from "./view.js";
@@ -477,10 +477,10 @@ export class PlanePlot {
     const shown = this.#shown;
     const { picture } = this.#regimes;
     // Names of regions would lie on what motions do there.
-    sheet.annotations = picture ? [] : regionNames(shown?.regions, color, [fx, fy], frame(size));
+    sheet.annotations = picture ? [] : regionNames(shown?.regions, color, [fx, fy], this.#map.frame);
     const below = regimeTraces(picture, color, [fx, fy]);
     const traces = shown
-      ? planeTraces(shown, color, [fx, fy], this.#labels(shown, fx, fy, size), below) : below;
+      ? planeTraces(shown, color, [fx, fy], this.#labels(shown, fx, fy), below) : below;
     window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
     this.legend.show(shown, picture);
     this.checked.show(shown?.checked);
@@ -489,12 +489,12 @@ export class PlanePlot {
     this.#place();
   }
 
-  #labels(plane, fx, fy, size) {
+  #labels(plane, fx, fy) {
     const at = (x, y) => this.#map.toPixel(x * fx, y * fy);
     const lines = plane.loci.flatMap((locus) => locus.segments)
       .map(({ x, y }) => x.map((value, i) => at(value, y[i])));
     const texts = markedPoints(plane).map(({ type, x, y }) => ({ text: type, short: type, at: at(x, y) }));
-    return labelPlaces(texts, lines, frame(size));
+    return labelPlaces(texts, lines, this.#map.frame);
   }
 
   #place() {

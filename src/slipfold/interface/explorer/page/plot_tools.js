@@ -92,11 +92,36 @@ function stepAbove(least) {
   return power * ([1, 2, 2.5, 5, 10].find((step) => step * power >= least * (1 - 1e-9)) ?? 10);
 }
 
-/** Margins of a plot in pixels: they grow with the type in them. */
-function margins() {
+/** Pixels that a digit of a label takes, and the title beside the labels with its distances. */
+const DIGIT = 8;
+const TITLE = 34;
+
+/** Characters for which there is always room, so that most axes begin at one place. */
+const USUAL = 5;
+
+/** Margins of a plot in pixels, with room for the numbers of its ordinate: they grow with the type in them. */
+function margins(y) {
   const scale = typeScale();
-  return { l: 74 * scale, r: 18, t: 14, b: 46 * scale };
+  const l = TITLE + DIGIT * Math.max(longest(y), USUAL);
+  return { l: l * scale, r: 18, t: 14, b: 46 * scale };
 }
+
+/** Characters of the longest label that plotly writes along a range. */
+function longest([low, high]) {
+  const step = stepAbove(Math.abs(high - low) / MOST_TICKS);
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  const power = Math.floor(Math.log10(largest) + 0.01);
+  const raised = Math.abs(power) > LEAST_POWER ? power : 0;
+  const decimals = Math.max(raised - Math.floor(Math.log10(step) + 1e-9), 0);
+  const whole = Math.max(power - raised, 0) + 1;
+  return (Math.min(low, high) < 0) + whole + (decimals && decimals + 1) + (raised && EXPONENT);
+}
+
+const MOST_TICKS = 7;
+
+/** The least power of ten that is written as one, and the characters that it takes. */
+const LEAST_POWER = 3;
+const EXPONENT = 4;
 
 export const CONFIG = {
   displayModeBar: false,
@@ -115,7 +140,7 @@ export function layout(color, x, y, [width, height]) {
   return {
     width,
     height,
-    margin: margins(),
+    margin: margins(y.range),
     paper_bgcolor: "rgba(0,0,0,0)",
     plot_bgcolor: "rgba(0,0,0,0)",
     font: { family: "system-ui, sans-serif", size: 13 * typeScale(), color: color("ink") },
@@ -141,18 +166,18 @@ function axis(color, { title, range }) {
     ticks: "inside",
     ticklen: 5,
     tickcolor: color("axis"),
-    nticks: 7,
+    nticks: MOST_TICKS,
     automargin: false,
     exponentformat: "power",
-    minexponent: 4,
+    minexponent: LEAST_POWER,
     // On one of them: on all of them it would run into the title.
     showexponent: "last",
   };
 }
 
-/** The part of the page on which data lie, as `{left, top, width, height}` within the plot. */
-export function frame([width, height]) {
-  const { l, r, t, b } = margins();
+/** The part of the page on which data lie, as `{left, top, width, height}` within a plot whose ordinate has the range y. */
+function frame([width, height], y) {
+  const { l, r, t, b } = margins(y);
   return { left: l, top: t, width: width - l - r, height: height - t - b };
 }
 
@@ -163,8 +188,9 @@ export function frame([width, height]) {
  * @param {[number, number]} y range
  */
 export function mapping(size, x, y) {
-  const { left, top, width, height } = frame(size);
+  const { left, top, width, height } = frame(size, y);
   return {
+    frame: { left, top, width, height },
     toPixel: (a, b) => [
       left + ((a - x[0]) / (x[1] - x[0])) * width,
       top + (1 - (b - y[0]) / (y[1] - y[0])) * height,

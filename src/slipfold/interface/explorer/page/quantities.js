@@ -25,7 +25,14 @@ const CONVERSIONS = {
  */
 export function display(quantity) {
   const shown = quantity.display_unit ?? (quantity.unit === "rad" ? "deg" : quantity.unit);
-  return CONVERSIONS[shown] ?? { unit: shown ?? "", factor: 1, si: 1 };
+  return CONVERSIONS[shown] ?? { unit: raised(shown ?? ""), factor: 1, si: 1 };
+}
+
+const ABOVE = { "-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].map((letter, digit) => [digit, letter])) };
+
+/** A unit with its powers raised. */
+function raised(unit) {
+  return unit.replace(/\^(-?[0-9]+)/g, (_, power) => [...power].map((letter) => ABOVE[letter]).join(""));
 }
 
 /**
@@ -58,6 +65,11 @@ export function withUnit(quantity, value, digits = 4) {
   const number = formatted(value * factor, digits);
   if (!unit) return number;
   return unit === "°" ? `${number}°` : `${number}\u202f${unit}`;
+}
+
+/** Words as a sentence: with a capital, and a full stop where none stands. */
+export function asSentence(words) {
+  return words && `${words[0].toUpperCase()}${words.slice(1)}${/[.…]$/.test(words) ? "" : "."}`;
 }
 
 /** The title of an axis. */

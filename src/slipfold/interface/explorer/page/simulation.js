@@ -4,7 +4,7 @@ import { ContactPanel } from "./model/contacts.js";
 import { valueTitle } from "./diagram_plot.js";
 import { element } from "./dom.js";
 import { MotionPanel } from "./motion.js";
-import { axisTitle, formatted, withUnit } from "./quantities.js";
+import { asSentence, axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Signal } from "./store.js";
 import { SweepControl } from "./sweep.js";
@@ -376,7 +376,7 @@ export class SimulationPanel {
     this.#unit.textContent = isForced ? "periods" : `intervals of ${formatted(interval)}\u202fs`;
     this.#stop.hidden = !isRunning;
     this.#clear.hidden = isRunning || count === 0;
-    this.#verdict.textContent = verdict;
+    this.#verdict.textContent = asSentence(verdict);
     // Contacts stand below: their place must not move when the motion begins.
     this.#plot.node.hidden = count === 0 && this.#session.model.contacts.length === 0;
     this.#plot.node.classList.toggle("absent", count === 0);

@@ -10,6 +10,9 @@ const MARGIN = { left: 46, right: 10, top: 8, bottom: 32 };
 const TITLE = 26;
 const DIGIT = 6.2;
 
+/** Pixels that the first number of the abscissa may reach below the ordinate's. */
+const EDGE = 6;
+
 /** Half the height of a band, in rows. */
 const BAND = 0.32;
 
@@ -128,7 +131,10 @@ export class SmallPlot {
     for (const [i, label] of labelsOf(across).entries()) {
       const value = across[i];
       grid.push(`M${x(value).toFixed(1)} ${top}V${bottom}`);
-      text(label, { x: x(value), y: bottom + 13, "text-anchor": "middle" });
+      // At an edge it would be cut, or lie on the lowest number of the ordinate.
+      const half = (label.length * DIGIT) / 2;
+      const place = Math.min(Math.max(x(value), left + half - EDGE), right + MARGIN.right - half);
+      text(label, { x: place, y: bottom + 13, "text-anchor": "middle" });
     }
     const decades = yAxis.isLog;
     (yAxis.rows ?? []).forEach((name, row) =>
@@ -219,14 +225,20 @@ function labelsOf(values) {
 function apart(range, width) {
   const fits = (values) => values.length * (Math.max(...labelsOf(values).map((label) => label.length)) + 1) * DIGIT <= width;
   let count = Math.max(width / 55, 3);
-  let values = ticks(range, count);
+  let values = atLeastTwo(range, count);
   while (values.length > 2 && !fits(values)) values = ticks(range, (count /= 1.3));
   return values;
 }
 
 function yTicks(range, top, bottom, isLog) {
   const count = Math.max((bottom - top) / (isLog ? 22 : 30), 2);
-  return ticks(range, count).filter((value) => !isLog || Number.isInteger(value));
+  return isLog ? ticks(range, count).filter(Number.isInteger) : atLeastTwo(range, count);
+}
+
+/** Round numbers that divide a range, about so many: one alone does not tell the scale. */
+function atLeastTwo(range, count) {
+  const values = ticks(range, count);
+  return values.length > 1 ? values : ticks(range, 2 * count);
 }
 
 /** Widen one of two ranges until a unit of both is equally long. */
