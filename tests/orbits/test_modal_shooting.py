@@ -181,7 +181,8 @@ def test_the_order_is_that_of_gauss_points(stages, order):
             equations.dampings(constants),
         )
         guess = np.zeros((count, stages, equations.motions))
-        found = solve_segments(intervals, constants, first, guess, np.ones(equations.motions))
+        given = intervals, constants, constants.rates[:, :1], first, guess
+        found = solve_segments(*given, np.ones(equations.motions))
         ends.append(found.ends[0])
     coarse, fine = (np.abs(item - ends[-1]).max() for item in ends[:2])
     assert np.log2(coarse / fine) > order - 0.5

@@ -212,20 +212,24 @@ class _Near(_Part):
         count = int((terms > SERIES.enough).sum())
         series = np.zeros((count + 1, *theta.shape), dtype=delta.dtype)
         series[1] = 1.0
-        for p in range(1, count):
-            series[p + 1] = -(delta * series[p] + theta * (series[p - 1] / p)) / (p + 1)
-        return series[:count], series[1:] * np.arange(1, count + 1)[:, None, None]
+        orders = np.arange(1.0, count + 1)[:, None, None]
+        by_last, by_other = -delta / (orders + 1), -theta / (orders * (orders + 1))
+        rows = list(series)
+        for k, (one, other) in enumerate(zip(by_last[:-1], by_other, strict=False)):
+            np.multiply(one, rows[k + 1], out=rows[k + 2])
+            rows[k + 2] += other * rows[k]
+        return series[:count], series[1:] * orders
 
     def ends(self) -> list[Some]:
         """Displacements and rates at the ends, each (m, q, s)."""
         moments = self.answers.moments.powers
-        return [np.tensordot(part, moments[: len(part), -1], (0, 0)) for part in self._series]
+        return [_combined(part, moments[: len(part), -1]) for part in self._series]
 
     def sums(self, by_displacement: Array, by_rate: Array) -> Some:
         """Weighted sums over modes at the points. Shapes: (m, c, q) to (m, c, s, s)."""
         moved, moving = self._series
         parts = (by_displacement @ moved[..., None] + by_rate @ moving[..., None])[..., 0]
-        return np.tensordot(parts, self.answers.moments.powers[: len(moved), :-1], (0, 0))
+        return _combined(parts, self.answers.moments.powers[: len(moved), :-1])
 
 
 class _Far(_Part):
@@ -252,7 +256,7 @@ class _Far(_Part):
     def _begun(self) -> list[Some]:
         """Displacements and rates of the polynomials at the beginnings, each (m, q, s)."""
         begun = self.answers.moments.begun
-        return [np.tensordot(part, begun, (0, 0)) for part in self._polynomials]
+        return [_combined(part, begun) for part in self._polynomials]
 
     def _left(self, place: int | slice) -> tuple[Some, Some, Some, Some]:
         """Displacements and rates at places by those at beginnings, shape (m, q, ...)."""
@@ -270,7 +274,7 @@ class _Far(_Part):
     def ends(self) -> list[Some]:
         """Displacements and rates at the ends, each (m, q, s)."""
         reached = self.answers.moments.reached[:, -1]
-        moved, moving = (np.tensordot(part, reached, (0, 0)) for part in self._polynomials)
+        moved, moving = (_combined(part, reached) for part in self._polynomials)
         q, p = self._begun
         qq, qp, pq, pp = (item[..., None] for item in self._left(-1))
         return [moved - qq * q - qp * p, moving - pq * q - pp * p]
@@ -279,7 +283,7 @@ class _Far(_Part):
         """Weighted sums over modes at the points. Shapes: (m, c, q) to (m, c, s, s)."""
         moved, moving = self._polynomials
         parts = (by_displacement @ moved[..., None] + by_rate @ moving[..., None])[..., 0]
-        result = np.tensordot(parts, self.answers.moments.reached[:, :-1], (0, 0))
+        result = _combined(parts, self.answers.moments.reached[:, :-1])
         qq, qp, pq, pp = (np.swapaxes(item, 1, 2)[:, None] for item in self._left(slice(0, -1)))
         q, p = (item[:, None] for item in self._begun)
         by_q, by_p = by_displacement[:, :, None], by_rate[:, :, None]
@@ -301,12 +305,12 @@ class _Split(_Part):
         moments = self.answers.moments
         orders = np.arange(SERIES.powers)[:, None, None]
         factorials = np.cumprod(np.append(1.0, np.arange(1, SERIES.powers)))[:, None, None]
-        by_slow = np.tensordot(slow**orders / factorials, moments.powers, (0, 0))
+        by_slow = _combined(slow**orders / factorials, moments.powers)
         weights = fast ** -(np.arange(len(moments.begun))[:, None, None] + 1.0)
-        begun = np.tensordot(weights, moments.begun, (0, 0))
+        begun = _combined(weights, moments.begun)
         decay = np.exp(fast[..., None] * moments.places)
         by_fast = decay[..., None] * begun[:, :, None]
-        by_fast = by_fast - np.tensordot(weights, moments.reached, (0, 0))
+        by_fast = by_fast - _combined(weights, moments.reached)
         slow, fast = slow[..., None, None], fast[..., None, None]
         gap = slow - fast
         return [(by_slow - by_fast) / gap, (slow * by_slow - fast * by_fast) / gap]
@@ -320,3 +324,9 @@ class _Split(_Part):
         moved, moving = (part[:, :, :-1] for part in self._answers)
         found = np.einsum("mcq,mqjk->mcjk", by_displacement, moved)
         return np.asarray(found + np.einsum("mcq,mqjk->mcjk", by_rate, moving))
+
+
+def _combined(parts: Some, moments: Array) -> Some:
+    """Return sums over the first axis of products. Shapes: (p, ...), (p, ...)."""
+    rows = parts.reshape(len(parts), -1).T
+    return (rows @ moments.reshape(len(parts), -1)).reshape(*parts.shape[1:], *moments.shape[1:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 
 import heyoka as hy
@@ -136,10 +137,14 @@ class ForcedIntervals:
     """Modes and motions on m intervals, as they follow from the beginnings and from forces.
 
     Forces are polynomials through their values at s points. Modal states are displacements of
-    modes, then their rates: n = 2 r.
+    modes, then their rates: n = 2 r. Intervals of one length have the same answers, which are
+    computed once.
 
     Shapes: start, lengths (m,), in forcing periods.
     """
+
+    GRID = 2.0**-50
+    """Difference of lengths, in forcing periods, that is rounding of edges."""
 
     def __init__(
         self,
@@ -154,16 +159,20 @@ class ForcedIntervals:
         self.start, self.lengths = start, lengths
         self.phases = start[:, None] + lengths[:, None] * points.points
         self.dampings = dampings
-        self._answers = ModalAnswers(points, lengths * period, equations.squares, dampings)
-        self._end = [part[:, :, -1] for part in self._answers.transitions]
+        _, self._which = np.unique(np.rint(lengths / self.GRID), return_inverse=True)
+        different = np.bincount(self._which, lengths) / np.bincount(self._which)
+        self._answers = ModalAnswers(points, different * period, equations.squares, dampings)
+        qq, qp, pq, pp = (part[self._which, :, -1] for part in self._answers.transitions)
+        self._free = np.stack([qq, pp], axis=1), np.stack([qp, pq], axis=1)
 
     def propagated(self, states: Some) -> Some:
-        """Return where states end without forces. Shapes: states (m, n, ...)."""
-        return propagate(self._end, states)
+        """Return where states end without forces. Shapes: states (m, n, k)."""
+        return propagate(self._free, states)
 
-    def rows(self, which: slice) -> list[Some]:
-        """Return what propagates states of some intervals without forces."""
-        return [part[which] for part in self._end]
+    def steps(self, count: int) -> Iterator[tuple[Some, Some]]:
+        """Yield what propagates the states of so many groups of intervals without forces."""
+        own, other = (part.reshape(count, -1, *part.shape[1:]) for part in self._free)
+        return zip(own, other, strict=True)
 
     @cached_property
     def seen(self) -> Some:
@@ -176,17 +185,17 @@ class ForcedIntervals:
             for one, other in ((qq, pq), (qp, pp))
         ]
         m, s, count, _ = parts[0].shape
-        return np.concatenate(parts, axis=3).reshape(m, s * count, 2 * r)
+        return np.concatenate(parts, axis=3).reshape(m, s * count, 2 * r)[self._which]
 
     @cached_property
     def answered(self) -> Some:
         """Motions at the points by forces there, shape (m, s n_y, s n_f)."""
         r, inputs, rows = len(self.equations.squares), self.equations.inputs, self.equations.rows
         by_q, by_p = (part[:, None] * inputs.T for part in (rows[:, :r], rows[:, r:]))
-        seen, (m, s) = len(rows), self.phases.shape
+        seen, s, different = len(rows), self.phases.shape[1], len(self._answers.lengths)
         result = self._answers.motions(by_q.reshape(-1, r), by_p.reshape(-1, r))
-        result = result.reshape(m, seen, inputs.shape[1], s, s).transpose(0, 3, 1, 4, 2)
-        return result.reshape(m, s * seen, s * inputs.shape[1])
+        result = result.reshape(different, seen, inputs.shape[1], s, s).transpose(0, 3, 1, 4, 2)
+        return result.reshape(different, s * seen, s * inputs.shape[1])[self._which]
 
     @cached_property
     def driven(self) -> Some:
@@ -194,7 +203,7 @@ class ForcedIntervals:
         inputs = self.equations.inputs
         parts = [part[..., None] * inputs[:, None] for part in self._answers.forced]
         joined = np.concatenate(parts, axis=1)
-        return joined.reshape(*joined.shape[:2], -1)
+        return joined.reshape(*joined.shape[:2], -1)[self._which]
 
     def by_period(self, states: Some, forces: Array) -> tuple[Some, Some]:
         r"""Differentiate motions at the points, and ends, by the period in seconds.
@@ -216,7 +225,7 @@ class ForcedIntervals:
         flat, bent = slopes.reshape(m, -1), turned.reshape(m, -1)
         at_points = times(self.seen, moving) + times(self.answered, flat)
         at_points = (at_points.reshape(m, s, -1) * self.points.points[:, None]).reshape(m, -1)
-        ends = self.propagated(moving) + times(self.driven, flat)
+        ends = self.propagated(moving[..., None])[..., 0] + times(self.driven, flat)
         at_points -= times(self.answered, bent)
         return at_points / self.period, (ends - times(self.driven, bent)) / self.period
 
@@ -231,12 +240,17 @@ class ForcedIntervals:
         return ForcedIntervals(*given, dampings)
 
 
-def propagate(ends: list[Some], states: Some) -> Some:
-    """Return where modal states end without forces. Shapes: ends (m, r) each; states (m, n, k)."""
-    qq, qp, pq, pp = ends if states.ndim == 2 else [part[..., None] for part in ends]
-    r = qq.shape[1]
-    q, p = states[:, :r], states[:, r:]
-    return np.concatenate([qq * q + qp * p, pq * q + pp * p], axis=1)
+def propagate(free: tuple[Some, Some], states: Some) -> Some:
+    """Return where modal states end without forces.
+
+    Shapes: displacements by themselves and rates by themselves, then each by the other, (m, 2, r);
+    states (m, n, k).
+    """
+    own, other = (part[..., None] for part in free)
+    pairs = states.reshape(*own.shape[:3], states.shape[-1])
+    result = own * pairs
+    result += other * pairs[:, ::-1]
+    return result.reshape(states.shape)
 
 
 def times(matrices: Some, vectors: Some) -> Some:

@@ -22,6 +22,7 @@ class SweepRule:
 
     close: float = 1e-9  # last change over the size of motions: the next is of its square
     stalled: float = 1e-6  # change that may be rounding, if it no longer halves
+    same: float = 1e-12  # change up to which the linearized equations are those at its end
     iterations: int = 10  # of a guess that is near; afterwards one interval follows another
     within: int = 50  # iterations in an interval
     halvings: int = 8  # of a step in an interval that does not reduce the residual
@@ -39,9 +40,11 @@ class ModalSegments:
 
     intervals: ForcedIntervals
     constants: Constants
+    changes: Array  # of coefficients, along which derivatives are taken, shape (n_c, k)
     nodes: Array  # modal states at the ends of intervals, shape (L + 1, q, n)
     motions: Array  # at the points, shape (m, s, n_y)
     forces: Array  # at the points, shape (m, s, n_f)
+    sweep: LinearizedSegments  # the linearized equations at these motions
 
     @property
     def ends(self) -> Array:
@@ -53,38 +56,56 @@ class ModalSegments:
         """Modal states at the beginnings of intervals, shape (m, n)."""
         return self.nodes[:-1].reshape(len(self.motions), -1)
 
-    @cached_property
-    def sweep(self) -> LinearizedSegments:
-        """The linearized equations at these motions."""
-        equations, phases = self.intervals.equations, self.intervals.phases
-        slopes = equations.slopes(self.motions, phases, self.constants)
-        return LinearizedSegments(self.intervals, slopes, len(self.nodes) - 1)
-
     # -- derivatives ---------------------------------------------------------------------------
 
     @cached_property
+    def _derived(self) -> tuple[Array, Array]:
+        """Nodes and motions by the first states, then along the changes of coefficients.
+
+        Shapes: returns (L + 1, q, n, n + k), (m, s n_y, n + k).
+        """
+        (_, q, n), k = self.nodes.shape, self.changes.shape[1]
+        equations, phases = self.intervals.equations, self.intervals.phases
+        pushed = equations.parameter_slopes(self.motions, phases, self.constants, self.changes)
+        explicit = self._by_coefficients(self.starts, self.forces)
+        first = np.broadcast_to(np.eye(n, n + k), (q, n, n + k))
+        return self.sweep.run(first, explicit, self._flat(pushed))
+
+    @property
     def moved(self) -> tuple[Array, Array]:
         """Nodes and motions by the first states, (L + 1, q, n, n) and (m, s n_y, n)."""
-        _, q, n = self.nodes.shape
-        return self.sweep.run(np.broadcast_to(np.eye(n), (q, n, n)))
+        nodes, motions = self._derived
+        n = nodes.shape[2]
+        return nodes[..., :n], motions[..., :n]
 
-    def along(self, changes: Array) -> tuple[Array, Array]:
-        """Return nodes and motions along changes of coefficients, the first states held.
+    @property
+    def along(self) -> tuple[Array, Array]:
+        """Nodes and motions along the changes, the first states held.
 
-        Shapes: changes (n_c, k); returns (L + 1, q, n, k), (m, s n_y, k).
+        Shapes: (L + 1, q, n, k), (m, s n_y, k).
         """
-        equations, phases = self.intervals.equations, self.intervals.phases
-        pushed = equations.parameter_slopes(self.motions, phases, self.constants, changes)
-        return self.sweep.run(
-            None, self._by_coefficients(self.starts, self.forces, changes), self._flat(pushed)
-        )
+        nodes, motions = self._derived
+        n = nodes.shape[2]
+        return nodes[..., n:], motions[..., n:]
 
-    def _by_coefficients(self, states: Array, forces: Array, changes: Array) -> tuple[Array, Array]:
+    def near(self, first: Array, constants: Constants) -> Array:
+        """Return motions from other first states and coefficients, to first order, (m, s, n_y).
+
+        Shapes: first (q, n).
+        """
+        count, q = len(self.nodes) - 1, len(first)
+        values, changes = constants.values - self.constants.values, self.changes
+        by = (values @ changes) / np.maximum((changes * changes).sum(axis=0), TINY)
+        steps = np.concatenate([first - self.nodes[0], np.broadcast_to(by, (q, len(by)))], axis=1)
+        motions = self._derived[1].reshape(count, q, *self._derived[1].shape[1:])
+        return np.asarray(self.motions + times(motions, steps).reshape(self.motions.shape))
+
+    def _by_coefficients(self, states: Array, forces: Array) -> tuple[Array, Array]:
         """Differentiate motions and ends of intervals by coefficients, beginnings and forces held.
 
         Shapes: states (m, n); forces (m, s, n_f); returns (m, s n_y, k), (m, n, k).
         """
-        intervals = self.intervals
+        intervals, changes = self.intervals, self.changes
         parts = intervals.by_period(states, forces)
         at_points, ends = (part[..., None] * changes[-1] for part in parts)
         turned = intervals.equations.damping_slopes(changes)
@@ -92,28 +113,28 @@ class ModalSegments:
         for column in np.flatnonzero(turned.any(axis=0)):
             other = intervals.at_dampings(intervals.dampings + 1j * TINY * turned[:, column])
             seen = times(other.seen, states) + times(other.answered, flat)
-            reached = other.propagated(states) + times(other.driven, flat)
+            reached = other.propagated(states[..., None])[..., 0] + times(other.driven, flat)
             at_points[..., column] += seen.imag / TINY
             ends[..., column] += reached.imag / TINY
         return at_points, ends
 
-    def bent(self, vectors: Array, changes: Array) -> tuple[Array, Array]:
+    def bent(self, vectors: Array) -> tuple[Array, Array]:
         """Return the second derivatives of ends along vectors, (q, n, n) and (q, n, k).
 
-        Shapes: vectors (q, n); changes (n_c, k).
+        Shapes: vectors (q, n).
         """
         equations, phases = self.intervals.equations, self.intervals.phases
         states, motions = (part[..., 0] for part in self.sweep.run(vectors[..., None]))
         seen = motions.reshape(self.motions.shape)
         given = self.motions, phases, self.constants
-        second, mixed = equations.curvatures(*given, seen, changes)
-        moved, pulled = self.moved[1], self.along(changes)[1]
+        second, mixed = equations.curvatures(*given, seen, self.changes)
+        moved, pulled = self.moved[1], self.along[1]
         by_nodes = self._pushed(second, moved)
         by_changes = self._pushed(second, pulled) + mixed
         forces = np.zeros(self.forces.shape)
         forces[..., : equations.moved] = times(self.sweep.slopes, seen)
         starts = states[:-1].reshape(len(self.motions), -1)
-        explicit = self._by_coefficients(starts, forces, changes)
+        explicit = self._by_coefficients(starts, forces)
         bent = self.sweep.run(None, None, self._flat(by_nodes))[0][-1]
         return bent, self.sweep.run(None, explicit, self._flat(by_changes))[0][-1]
 
@@ -168,54 +189,71 @@ class LinearizedSegments:
     ) -> tuple[Array, Array]:
         """Return nodes and motions from first states, what is added to intervals, and forces.
 
-        Shapes: first (q, n, k); explicit (m, s n_y, k) and (m, n, k); forces (m, s n_f, k);
+        Forces may be fewer columns than first states: they belong to the last.
+
+        Shapes: first (q, n, k); explicit (m, s n_y, f) and (m, n, f); forces (m, s n_f, f);
         returns (L + 1, q, n, k), (m, s n_y, k).
         """
         count, intervals = self._count, self.intervals
         m, size, n = self._seen.shape
-        q = m // count
-        added = None
+        q, added, at_points = m // count, None, None
         if forces is not None:
             at_points, ends = intervals.answered @ forces, intervals.driven @ forces
             if explicit is not None:
                 at_points, ends = at_points + explicit[0], ends + explicit[1]
             at_points = self._coupled @ at_points
-            added = ends + self._driven @ at_points
+            added = (ends + self._driven @ at_points).reshape(count, q, n, -1)
         if first is None:
             assert added is not None
             first = np.zeros((q, n, added.shape[-1]))
         columns = first.shape[-1]
-        nodes, motions = np.empty((count + 1, q, n, columns)), np.empty((m, size, columns))
+        nodes, motions = np.empty((count + 1, q, n, columns)), np.empty((count, q, size, columns))
         nodes[0] = first
-        for step in range(count):
-            some = slice(step * q, (step + 1) * q)
-            seen = self._seen[some] @ nodes[step]
-            following = propagate(intervals.rows(some), nodes[step])
-            following += self._driven[some] @ seen
+        seen, driven = (
+            part.reshape(count, q, *part.shape[1:]) for part in (self._seen, self._driven)
+        )
+        for step, free in enumerate(intervals.steps(count)):
+            np.matmul(seen[step], nodes[step], out=motions[step])
+            following = propagate(free, nodes[step])
+            following += driven[step] @ motions[step]
             if added is not None:
-                following += added[some]
+                following[..., columns - added.shape[-1] :] += added[step]
             nodes[step + 1] = following
-            motions[some] = seen
-        return nodes, motions if added is None else motions + at_points
+        found = motions.reshape(m, size, columns)
+        if at_points is not None:
+            found[..., columns - at_points.shape[-1] :] += at_points
+        return nodes, found
 
 
 def solve_segments(
-    intervals: ForcedIntervals, constants: Constants, first: Array, motions: Array, sizes: Array
+    intervals: ForcedIntervals,
+    constants: Constants,
+    changes: Array,
+    first: Array,
+    motions: Array,
+    sizes: Array,
 ) -> ModalSegments | None:
     """Return the trajectories from first states, from a guess of motions; None if none is found.
 
     A guess that is too far, as over a contact that turns from slip to slip within a short time,
     is replaced by motions found in one interval after another.
 
-    Shapes: first (q, n); motions (m, s, n_y); typical sizes of motions (n_y,).
+    Shapes: changes (n_c, k); first (q, n); motions (m, s, n_y); typical sizes of motions (n_y,).
     """
-    given = intervals, constants, first
+    given = intervals, constants, changes, first
     found = _swept(*given, motions, sizes)
-    return _swept(*given, _marched(*given, sizes), sizes) if found is None else found
+    if found is None:
+        found = _swept(*given, _marched(intervals, constants, first, sizes), sizes)
+    return found
 
 
 def _swept(
-    intervals: ForcedIntervals, constants: Constants, first: Array, motions: Array, sizes: Array
+    intervals: ForcedIntervals,
+    constants: Constants,
+    changes: Array,
+    first: Array,
+    motions: Array,
+    sizes: Array,
 ) -> ModalSegments | None:
     """Solve all intervals at once: forces are linearized, and one sweep gives the motions."""
     equations, phases = intervals.equations, intervals.phases
@@ -240,7 +278,13 @@ def _swept(
             return None
         if length < SWEEP.close or (length < SWEEP.stalled and length > 0.5 * before):
             forces[..., : equations.moved] += np.real(times(slopes, step))
-            return ModalSegments(intervals, constants, nodes[..., 0], motions + step, forces)
+            motions = motions + step
+            if length > SWEEP.same:
+                slopes = equations.slopes(motions, phases, constants)
+                sweep = LinearizedSegments(intervals, slopes, count)
+            return ModalSegments(
+                intervals, constants, changes, nodes[..., 0], motions, forces, sweep
+            )
         motions = motions + step
         before = length
     return None
@@ -255,7 +299,7 @@ def _marched(intervals: ForcedIntervals, constants: Constants, first: Array, siz
         motions[some] = _within(part, constants, states, sizes)
         forces = part.equations.at(motions[some], part.phases, constants)
         pushed = times(part.driven, forces.reshape(len(states), -1))
-        states = np.real(part.propagated(states) + pushed)
+        states = np.real(part.propagated(states[..., None])[..., 0] + pushed)
     return motions
 
 

@@ -41,6 +41,7 @@ class ModalMesh:
     # Errors inside an interval; less at nodes in smooth motion
     error: float = 1e-8  # of what forces do to scaled states
     slopes: float = 1e-6  # of what their slopes do, over their sum: they make multipliers
+    near: float = 1e-8  # distance in modal states of an orbit that needs the same mesh
     slack: float = 10.0  # errors up to which a mesh serves
     spare: float = 1.15  # intervals over those that the error needs
     wasteful: float = 2.0  # the same, from which a mesh is made coarser
@@ -85,7 +86,6 @@ class ModalShooting(MeshDiscretization, Shooting):
             mesh = np.linspace(0.0, period, each * segments + 1)
         self._mesh = mesh
         super().__init__(model, free, period, edges=mesh[:: (len(mesh) - 1) // segments])
-        self._latest: ModalSegments | None = None
         self._intervals: ForcedIntervals | None = None
 
     @classmethod
@@ -112,6 +112,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     def measure_in(self, scales: Array) -> None:
         """Take scales of the states, shape (n,)."""
         super().measure_in(scales)
+        self._latest: ModalSegments | None = None  # of other free parameters, perhaps
         both = np.eye(2)
         # Modal states from scaled ones, and back, shape (n, n)
         self._into = np.kron(both, self.equations.into) * scales
@@ -140,23 +141,24 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     # -- trajectories --------------------------------------------------------------------------
 
-    def _solved(self, nodes: Array, constants: Constants) -> ModalSegments | None:
-        """Return the trajectories from nodes, from the motions that were found last if there are.
+    def _solved(
+        self, nodes: Array, constants: Constants, within: float = 0.0
+    ) -> ModalSegments | None:
+        """Return the trajectories from nodes, or the last ones from nodes as near in each state.
 
         Shapes: nodes (m, n).
         """
         first, latest = nodes / self.scales @ self._into.T, self._latest
-        if (
-            latest is not None
-            and np.array_equal(latest.constants.values, constants.values)
-            and np.array_equal(latest.nodes[0], first)
-        ):
-            return latest
-        intervals = self._forced(constants)
-        guesses = [] if latest is None else [latest.motions]
+        if latest is not None:
+            values, known = constants.values, latest.constants.values
+            apart = np.abs(first - latest.nodes[0]).max()
+            if apart <= within and (np.abs(known - values) <= within * np.abs(values)).all():
+                return latest
+        intervals, changes = self._forced(constants), constants.rates[:, self.indices]
+        guesses = [] if latest is None else [latest.near(first, constants)]
         for guess in (*guesses, None):
             motions = self._interpolated(first, intervals.phases) if guess is None else guess
-            solved = solve_segments(intervals, constants, first, motions, self._sizes)
+            solved = solve_segments(intervals, constants, changes, first, motions, self._sizes)
             if solved is not None:
                 self._latest = solved
                 return solved
@@ -183,33 +185,32 @@ class ModalShooting(MeshDiscretization, Shooting):
         found = [np.interp(within, self.edges, column) for column in closed.T]
         return np.stack(found, axis=-1) if found else np.empty((*phases.shape, 0))
 
-    def _changes(self, constants: Constants) -> Array:
-        return constants.rates[:, self.indices]
-
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
         solved = self._solved(nodes, constants)
-        if solved is None:
-            return np.full(nodes.shape, np.nan)
+        return np.full(nodes.shape, np.nan) if solved is None else self._missed(solved, nodes)
+
+    def _missed(self, solved: ModalSegments, nodes: Array) -> Array:
         return np.asarray(solved.ends @ self._out.T - (nodes / self.scales)[self._following])
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
-        mismatch, (m, n) = self.mismatch(nodes, constants), nodes.shape
-        solved = self._solved(nodes, constants)
+        solved, (m, n) = self._solved(nodes, constants), nodes.shape
         if solved is None:
-            return mismatch, np.full((m, n, n), np.nan), np.full((m, n, len(self.units)), np.nan)
+            nothing = np.full((m, n, n + len(self.units)), np.nan)
+            return nothing[..., 0], nothing[..., :n], nothing[..., n:]
+        mismatch = self._missed(solved, nodes)
         blocks = self._out @ solved.moved[0][-1] @ self._into
-        along = self._out @ solved.along(self._changes(constants))[0][-1]
+        along = self._out @ solved.along[0][-1]
         return mismatch, blocks, along * (self.units / np.sqrt(self.segments))
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
-        solved, changes = self._solved(nodes, constants), self._changes(constants)
-        (r, m, n), k = vectors.shape, changes.shape[1]
+        solved = self._solved(nodes, constants)
+        (r, m, n), k = vectors.shape, len(self.units)
         if solved is None:
             return np.full((r, m, n, n), np.nan), np.full((r, m, n, k), np.nan)
-        found = [solved.bent(vector @ self._into.T, changes) for vector in vectors]
+        found = [solved.bent(vector @ self._into.T) for vector in vectors]
         bent = [self._out @ by_nodes @ self._into for by_nodes, _ in found]
         return np.array(bent), np.array([self._out @ part for _, part in found]) * self.units
 
@@ -237,8 +238,9 @@ class ModalShooting(MeshDiscretization, Shooting):
         places = (beyond / np.diff(self._mesh)[at])[:, None] * self.points.points
         weights = np.polynomial.legendre.legvander(2 * places - 1, MESH.stages - 1)
         motions = weights @ self.points.transform @ solved.motions[row]
-        first = solved.nodes[step, segment]
-        return segment, step, solve_segments(intervals, constants, first, motions, self._sizes)
+        first, given = solved.nodes[step, segment], (constants, solved.changes)
+        part = solve_segments(intervals, *given, first, motions, self._sizes)
+        return segment, step, part
 
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
@@ -247,14 +249,14 @@ class ModalShooting(MeshDiscretization, Shooting):
 
         The flow gives them where a mesh is too coarse for these nodes: nobody looks for NaN here.
         """
-        solved, changes = self._solved(nodes, constants), self._changes(constants)
+        solved = self._solved(nodes, constants)
         if solved is None:
             return super().propagate_to(nodes, constants, phases)
         segment, step, part = self._ended(solved, constants, phases)
         if part is None:
             return super().propagate_to(nodes, constants, phases)
-        moved, own = part.moved[0][-1], part.along(changes)[0][-1]
-        before = solved.moved[0][step, segment], solved.along(changes)[0][step, segment]
+        moved, own = part.moved[0][-1], part.along[0][-1]
+        before = solved.moved[0][step, segment], solved.along[0][step, segment]
         out, into = self._out * self.scales[:, None], self._into / self.scales
         return (
             segment,
@@ -265,6 +267,8 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
         """Return the states at any phases, shape (q, n), if need be by the flow."""
+        if np.array_equal(phases, self.start):
+            return nodes
         solved = self._solved(nodes, constants)
         part = None if solved is None else self._ended(solved, constants, phases)[2]
         if part is None:
@@ -296,7 +300,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         self, nodes: Array, constants: Constants, blocks: Array | None = None
     ) -> Self | None:
         """Return the same on a mesh that fits an orbit better, None if its own serves."""
-        solved = self._solved(nodes, constants)
+        solved = self._solved(nodes, constants, MESH.near)
         if solved is None:
             return None
         order, lengths = MESH.stages + 1, np.diff(self._mesh)
