@@ -104,3 +104,17 @@ def test_doubling_of_a_forced_orbit(first):
     (doubling,) = whole.branches[0].special
     assert arrive(sf.response(model, vary="Nd", span=(first, doubling.value)))
     assert arrive(sf.response(model, vary="Nd", span=(doubling.value, first)))
+
+
+@pytest.mark.parametrize("height", [1e-7, 1e-5, 0.01])
+@pytest.mark.parametrize("offset", [0.0, 1.0])
+def test_a_fold_beside_the_start_leads_back_to_it(offset, height):
+    model = sf.System(
+        name="hill",
+        parameters={"p": 0.0, "h": height},
+        states={"x": {"rate": f"h - p - (x - {offset})^2", "start": offset + height**0.5}},
+    )
+    (branch,) = sf.response(model, vary="p", span=(0, 1)).branches
+    assert [point.type for point in branch.special] == ["LP"]
+    assert branch.special[0].value == pytest.approx(height, rel=1e-6)
+    assert branch.nodes[-1, 0, 0] == pytest.approx(offset - height**0.5, abs=1e-9)

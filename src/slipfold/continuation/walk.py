@@ -229,14 +229,19 @@ class Front:
         return first
 
     def _arclength_at(self, row: int, wall: int, beyond: float) -> Array:
-        """Bisect for the arclength at which the prediction of a curve reaches a wall."""
+        """Bisect for the arclength at which the prediction of a curve reaches a wall.
+
+        A fold may lead the curve back to a wall that the prediction leaves: return `beyond` then.
+        """
         index, value, rows = self._components[wall], self._walls[wall], np.array([row])
 
         def component(arclength: Array) -> float:
             return float(self._extrapolated(rows, arclength)[0][0, index])
 
         near, far = self.arclengths[rows, -1], np.array([beyond])
-        rising = component(far) > value
+        rising = self._directions[wall] > 0
+        if (component(far) > value) != rising:
+            return far
         for _ in range(STEP.bisections):
             middle = 0.5 * (near + far)
             if (component(middle) > value) == rising:

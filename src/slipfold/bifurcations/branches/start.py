@@ -214,7 +214,8 @@ def equilibrium_start(
             f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
         )
     assert correction.bordered is not None  # it converged
-    if np.linalg.cond(correction.bordered.matrix) > WORST:
+    matrix = correction.bordered.matrix
+    if np.linalg.cond(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)) > WORST:
         raise InputError(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
             "branch point; start the span near it"
