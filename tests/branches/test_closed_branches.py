@@ -49,3 +49,22 @@ def test_an_isola_has_two_folds(system, settings):
     assert branch.stopped.value == pytest.approx(0.3, abs=1e-9)
     # Its length is that of one round, and no point of it lies beyond the first.
     assert 1.9 < abs(branch.parameter[:-1] - branch.parameter[1:]).sum() < 2
+
+
+def test_a_pendulum_that_swings_past_the_horizontal_closes_on_no_doubling():
+    """Halves of the period then differ by half a turn; AUTO-07p finds the fold at 1.5126263."""
+    pendulum = sf.System(
+        name="pendulum on a moving support",
+        parameters={"W": 2},
+        states={
+            "th": {"rate": "v", "angle": True},
+            "v": "-0.1*v - (1 + 0.1*W^2*cos(W*t))*sin(th)",
+        },
+        forcing={"period": "2*pi/W"},
+    )
+    rest, swinging = sf.response(pendulum, vary="W", span=(1.5, 2.3)).branches
+    assert [item.type for item in rest.special] == ["PD", "PD"]
+    (fold,) = swinging.special
+    assert (fold.type, fold.value) == ("LP", pytest.approx(1.5126263, abs=1e-6))
+    ends = swinging.started, swinging.stopped
+    assert [end.value for end in ends] == pytest.approx([item.value for item in rest.special])

@@ -69,6 +69,8 @@ def _meets_its_image(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> b
     orbit changes sign.
     """
     here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
+    # Where angles of the halves come to differ by half a turn, none of them is zero.
+    there = here + wrap_angles(there - here, _turns(orbits))
     # A step may also land beside the parent, within what Newton's method can resolve. There
     # small steps leave from, too.
     near = np.linalg.norm(there) < min(0.1 * STEP.emanating, float(np.linalg.norm(here)))
@@ -92,10 +94,16 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
     if orbits.segments == 1 and orbits.kind == "periodic":
         nodes, constants = orbits.nodes(z), orbits.constants(z)
         later = orbits.by.states(nodes, constants, np.array([orbits.phase + orbits.period / 2]))
-        return wrap_angles((nodes - later)[0] / orbits.scales, orbits.by.angle_periods)
+        return wrap_angles((nodes - later)[0] / orbits.scales, _turns(orbits))
     half = orbits.size // 2
-    periods = np.resize(orbits.by.angle_periods, half) / np.sqrt(orbits.segments)
-    return wrap_angles(z[:half] - z[half : orbits.size], periods)
+    return wrap_angles(z[:half] - z[half : orbits.size], _turns(orbits))
+
+
+def _turns(orbits: Orbits) -> Array:
+    """Return what a revolution of each angle is in the difference of the halves."""
+    if orbits.segments == 1 and orbits.kind == "periodic":
+        return orbits.by.angle_periods
+    return np.resize(orbits.by.angle_periods, orbits.size // 2) / np.sqrt(orbits.segments)
 
 
 def noise_beside_parent(point: OrbitPoint) -> tuple[float, float]:
