@@ -19,7 +19,7 @@ from slipfold import InputError
 from slipfold.interface.cli.reading import equations_file, find_model
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.messages import ExportRequest
+from slipfold.interface.explorer.messages import ExportRequest, parse_request
 from slipfold.models.registry import built_in_models, model_of_text
 
 VALUES = {"f": 12.2, "Vd": 0.1 + 0.5}
@@ -250,6 +250,36 @@ def test_copied_python_gives_the_same_plane(exported, view, tmp_path, monkeypatc
     assert saved.loci
     for mine, theirs in zip(names["result"].loci, saved.loci, strict=True):
         np.testing.assert_array_equal(mine.values, theirs.values)
+
+
+SWEEPS = {
+    "forced": {"model": "sliding", "vary": "Nd", "span": [0.05, 0.15], "parameters": {"f": 12.2}},
+    "cycle": {"model": "vanderpol-free", "vary": "mu", "span": [1.0, 0.5], "begin": 0.8},
+    "limit": {"model": "sliding", "vary": "Nd", "span": [0.9, 1.3], "parameters": {"Ns": 1.5}},
+}
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_copied_python_follows_the_same_motions(exported, name, tmp_path, monkeypatch, capsys):
+    view = {"kind": "sweep", "id": 1, "points": 5, "show": "x", "statistic": "min", **SWEEPS[name]}
+    answers = []
+    Answering(Catalogue()).answer(parse_request(json.dumps(view)), answers.append, lambda: None)
+    *places, last = answers
+    names = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
+    for way, copied in names["swept"].items():
+        shown = [(place["x"], place["y"][0]) for place in places if place["run"] == way]
+        assert [x for x, _ in copied] == [x for x, _ in shown]
+        assert [y for _, y in copied] == pytest.approx([y for _, y in shown], rel=1e-4)
+    told = capsys.readouterr().out
+    assert [way for way in names["swept"] if f"swept {way}, it ended" in told] == [*last["ends"]]
+    assert "<svg" in (tmp_path / "sweep.svg").read_text()
+
+
+def test_a_sweep_is_no_file(exported):
+    view = {"kind": "sweep", "id": 1, "show": "x", **SWEEPS["forced"]}
+    for form in ("csv", "toml"):
+        with pytest.raises(InputError, match="copy it as Python"):
+            exported(view, form)
 
 
 @pytest.mark.parametrize(("form", "name"), [("python", "py"), ("toml", "toml"), ("csv", "csv")])

@@ -44,6 +44,24 @@ def test_a_belt_that_is_made_faster_ends_its_stick_and_slip_later_than_it_begins
     assert apart == [1.0, 1.4]
 
 
+def test_both_runs_begin_from_a_motion_that_is_shown():
+    # At W = 1.2 Duffing's oscillator has two stable responses; this is on the large one.
+    model = sf.built_in_models()["duffing"]()
+    large = sf.simulate(model, 200, {"q": 2.0, "v": 0.0}, W=1.2).states[-1]
+    start = dict(zip(("q", "v"), large.tolist(), strict=True))
+    runs, ends = swept(model, "W", (1.1, 1.3), points=10, begin=1.2, start=start)
+    assert ends == {}
+    assert {run: [*values][:: len(values) - 1] for run, values in runs.items()} == {
+        "up": [1.2, 1.3],
+        "down": [1.2, 1.1],
+    }
+    extrema = sf.periodic_orbit(model.replace(W=1.2), 1, start).extrema
+    assert runs["up"][1.2] == runs["down"][1.2]
+    assert runs["up"][1.2] == pytest.approx([extrema.maximum[0][0]], rel=1e-5)
+    from_rest = swept(model, "W", (1.2, 1.3), points=2)[0]
+    assert from_rest["up"][1.2][0] < 0.5 * runs["up"][1.2][0]
+
+
 def test_a_run_ends_where_the_model_does():
     runs, ends = swept(sf.SlidingOscillator(f=12.5), "Nd", (0.9, 1.4), points=6)
     assert set(ends) == {"up", "down"}

@@ -83,6 +83,8 @@ class Settlement:
         None if not settled.
     revolutions
         Full revolutions of each angle in that response, by name; empty if not settled.
+    more
+        Forcing periods, of an autonomous model seconds, that are still needed; None if not known.
     """
 
     settled: bool
@@ -93,6 +95,7 @@ class Settlement:
     duration: float | None = None
     kind: str | None = None
     revolutions: Mapping[str, int] = field(default_factory=dict)
+    more: float | None = None
 
     def __repr__(self) -> str:
         """One line: on what, if on anything, and how nearly."""
@@ -110,9 +113,11 @@ class Settlement:
         return self.message
 
 
-def not_converged(message: str, drift: float = math.nan, rate: float | None = None) -> Settlement:
+def not_converged(
+    message: str, drift: float = math.nan, rate: float | None = None, more: float | None = None
+) -> Settlement:
     """Return that a trajectory has not converged, and why."""
-    return Settlement(False, None, drift, rate, message)
+    return Settlement(False, None, drift, rate, message, more=more)
 
 
 @dataclass(frozen=True)
@@ -253,6 +258,7 @@ def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlemen
                 f"the factor {rate:.6g} a period; about {more} more periods are needed",
                 trend.drift,
                 rate,
+                more,
             )
     first = trends[0]
     if first.growing:
@@ -530,7 +536,7 @@ def _unsettled_autonomous(
             f"{start}it approaches an equilibrium and is {rest.distance:.1e} away; about "
             f"{more:.3g} s more are needed"
         )
-        return not_converged(message, rest.distance)
+        return not_converged(message, rest.distance, more=more)
     count = 0 if returns is None else len(returns.phases)
     if returns is None or count <= CONVERGENCE.few:
         half = len(sizes) // 2
@@ -571,6 +577,7 @@ def _still_changing(end: _End, returns: _Returns, start: str, tolerance: float) 
                 f"{trend.rate**trend.period:.6g}; about {more * between:.3g} s more are needed",
                 trend.drift,
                 trend.rate,
+                more * between,
             )
     first = trends[0]
     if first.growing:

@@ -50,7 +50,7 @@ def test_what_has_not_settled_goes_on_from_where_it_is(explorer):
     page.get_by_role("button", name="From rest").click()
     expect(page.locator(".verdict")).to_contain_text("after 600 forcing periods")
     periods = page.get_by_label("Periods to go on for")
-    expect(periods).to_have_value("6000")
+    expect(periods).to_have_value("6000")  # the sentence says so
     periods.fill("0")
     page.get_by_role("button", name="Go on").click()
     assert page.evaluate("document.activeElement.validationMessage") != ""
@@ -61,6 +61,15 @@ def test_what_has_not_settled_goes_on_from_where_it_is(explorer):
     assert drawn.get_attribute("d").count("h0") == 640
     page.get_by_role("button", name="Clear").click()
     expect(page.get_by_role("button", name="Go on")).to_be_hidden()
+
+
+def test_what_still_settles_goes_on_for_as_long_as_its_sentence_says(explorer):
+    page = explorer.open("model=duffing&p.W=1.2&p.d=0.01&span=1.1~1.3").page
+    page.get_by_role("button", name="From rest").click()
+    verdict = page.locator(".verdict")
+    expect(verdict).to_contain_text("more periods are needed")
+    more = re.search(r"about (\d+) more periods", verdict.inner_text())[1]
+    expect(page.get_by_label("Periods to go on for")).to_have_value(more)
 
 
 def test_a_long_motion_never_holds_the_page_up(explorer):
@@ -114,6 +123,15 @@ def test_a_sweep_is_drawn_as_it_comes_and_stays_when_it_is_stopped(explorer):
     at = explorer.pixel(x, y)
     assert abs(box["x"] + left + 3.2 - at[0]) < 3
     assert abs(box["y"] + top + 3.2 - at[1]) < 3
+    page.get_by_role("button", name="Copy the sweep as Python").click()
+    dialog = page.locator(".text-dialog")
+    expect(dialog.locator("pre")).to_contain_text("sf.simulate(model, periods, motion, W=value)")
+    dialog.get_by_role("button", name="Close").click()
+    # The motion that is shown begins where it is: in the middle of the span.
+    page.get_by_role("button", name="Sweep from this motion").click()
+    page.wait_for_function("() => document.querySelector('.motion-layer .up').dataset.count >= 1")
+    begun = re.match(r"M([\d.]+) ", up.get_attribute("d"))[1]
+    assert abs(box["x"] + float(begun) + 3.2 - explorer.pixel(explorer.parameter("W"), 0)[0]) < 3
     explorer.type("F", 0.19)
     expect(up).to_have_attribute("data-count", "0")
 

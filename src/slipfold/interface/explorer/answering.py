@@ -35,6 +35,7 @@ from slipfold.interface.explorer.messages import (
     PlaneRequest,
     PostedRequest,
     SimulationRequest,
+    SweepRequest,
     ViewRequest,
 )
 from slipfold.interface.explorer.motions import send_motion
@@ -151,6 +152,8 @@ class Answering:
         view, model = request.view, self._catalogue.of(request.view)
         if request.format == "toml":
             return toml_text(model, view, self._catalogue.file(model)).encode()
+        if isinstance(view, SweepRequest) and request.format != "python":
+            raise InputError("a sweep is no file; copy it as Python")
         result: Result
         orbit: PeriodicOrbit | None = None
         if isinstance(view, OrbitRequest):

@@ -17,7 +17,9 @@ from slipfold.interface.explorer.messages import (
     OrbitRequest,
     PlaneRequest,
     SimulationRequest,
+    SweepRequest,
 )
+from slipfold.interface.explorer.sweeps import KEPT, PARTS, swept_model, values_of_runs
 from slipfold.interface.explorer.texts import (
     case_text,
     changed_values,
@@ -133,6 +135,7 @@ def python_text(
     """
     shown = model if orbit is None else orbit.model
     lines = [
+        *(SWEEP_IMPORTS if isinstance(view, SweepRequest) else ()),
         "import slipfold as sf",
         "",
         f"model = {_model(shown, file, view.text)}",
@@ -176,6 +179,8 @@ def _steps(
             "print(solution.summary())",
             f'solution.plot("{model.shown[0]}").figure.savefig("solution.svg")',
         ]
+    if isinstance(view, SweepRequest):
+        return _sweep_steps(model, view)
     assert orbit is not None  # what is left is an orbit
     names = [item.name for item in model.states]
     state = dict(zip(names, orbit.state.tolist(), strict=True))
@@ -183,6 +188,57 @@ def _steps(
         f"orbit = sf.periodic_orbit(model, period={orbit.period}, state={state!r})",
         "print(orbit.multipliers, orbit.stable)",
         "time, states = orbit.sample()",
+    ]
+
+
+SWEEP_IMPORTS = "import numpy as np", "from matplotlib.figure import Figure", ""
+
+EXTREMES = {
+    "max": "output.max()",
+    "min": "output.min()",
+    "peak_to_peak": "np.ptp(output)",
+    "modulus": "abs(output).max()",
+}
+"""Expressions of what a sweep shows of an output."""
+
+
+def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
+    """Return what follows the same motions; states are the same to all digits."""
+    begin, span = view.begin, f"{min(view.span)!r}, {max(view.span)!r}, {view.points}"
+    if begin is None:
+        ways = [f"np.linspace({span})" + ("" if run == "up" else "[::-1]") for run in view.runs]
+    else:
+        ways = [
+            f"np.linspace({begin!r}, {float(values[-1])!r}, {len(values)})"
+            for values in values_of_runs(model, view).values()
+        ]
+    runs = ", ".join(f'"{run}": {way}' for run, way in zip(view.runs, ways, strict=True))
+    unit = "" if model.forced else f", duration={swept_model(model, view).values['duration']!r}"
+    return [
+        f"runs = {{{runs}}}",
+        f"start = state = {start_of(model, view)!r}",
+        "swept = {}",
+        "for run, values in runs.items():",
+        *([] if begin is None else ["    state = start"]),
+        "    swept[run] = []",
+        "    for value in values.tolist():",
+        "        motion = state",
+        f"        for periods in {PARTS}:",
+        f"            solution = sf.simulate(model, periods, motion, {view.vary}=value{unit})",
+        "            motion = solution.states[-1]",
+        "            if solution.stopped or solution.settlement.settled:",
+        "                break",
+        "        if solution.stopped:",
+        '            print(f"swept {run}, it ended: {solution.stopped.reason}")',
+        "            break",
+        "        state = motion",
+        f'        output = solution.output("{view.show}", -{KEPT}, per_period=512)[1]',
+        f"        swept[run].append((value, {EXTREMES[view.statistic]}))",
+        "ax = Figure().subplots()",
+        "for run, places in swept.items():",
+        '    ax.plot(*np.reshape(places, (-1, 2)).T, ".", label=f"swept {run}")',
+        "ax.legend()",
+        'ax.figure.savefig("sweep.svg")',
     ]
 
 
@@ -255,6 +311,8 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
         raise InputError(
             "no command computes a single orbit from a case file; copy it as Python instead"
         )
+    if isinstance(view, SweepRequest):
+        raise InputError("no command follows a motion as the page does; copy it as Python instead")
     command = _command(model, view)
     if is_built_in(model) or not isinstance(model, System | Structure):
         return f"# {command}\n{case_text(model, changed_values(model))}"

@@ -132,18 +132,6 @@ class DiagramRequest(_ShownRequest):
     kind: Literal["diagram"]
 
 
-class SweepRequest(_Slow, _ShownRequest):
-    """A motion followed along a parameter, each value from the last state of the one before."""
-
-    kind: Literal["sweep"]
-    heard: Name | None = None  # output that sounds; what is shown if None
-    points: Annotated[int, Field(ge=2, le=500, strict=True)] = 120
-    runs: Annotated[tuple[Literal["up", "down"], ...], Field(min_length=1, max_length=2)] = (
-        "up",
-        "down",
-    )
-
-
 class OnBranch(_Message):
     """A point on a branch of a diagram."""
 
@@ -214,6 +202,20 @@ class TrajectoryRequest(_ModelRequest):
 
     start: Literal["rest"] | Values = "rest"  # states at phase zero by name
     perturbation: Values = {}  # added to the states, by name
+
+
+class SweepRequest(_Slow, _ShownRequest, TrajectoryRequest):
+    """A motion followed along a parameter, each value from the last state of the one before."""
+
+    kind: Literal["sweep"]
+    heard: Name | None = None  # output that sounds; what is shown if None
+    points: Annotated[int, Field(ge=2, le=500, strict=True)] = 120
+    # Value from which both runs follow the motion that starts; from end to end if None
+    begin: Number | None = None
+    runs: Annotated[tuple[Literal["up", "down"], ...], Field(min_length=1, max_length=2)] = (
+        "up",
+        "down",
+    )
 
 
 MOST_PERIODS = 20_000
@@ -296,7 +298,8 @@ class CancelRequest(_Request):
 
 
 DrawnRequest = Annotated[
-    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest, Discriminator("kind")
+    DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest | SweepRequest,
+    Discriminator("kind"),
 ]
 """A request that is answered with something that can leave the page."""
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.computations.arguments import equidistant
 from slipfold.errors import InputError
-from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
-from slipfold.flow.simulate import simulate
+from slipfold.flow.simulate import initial_state, simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SweepRequest
 from slipfold.interface.explorer.motions import period_of
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, short
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.sounds import SOUND, swept_clip, times_faster
+from slipfold.interface.explorer.trajectories import start_of, timed
 from slipfold.long_term.classification import reached
 from slipfold.models.model import Model
 from slipfold.progress import Progress
@@ -34,18 +36,17 @@ SAME = 1e-5
 
 
 def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) -> None:
-    """Follow a motion up the span, then down from where it is; send each value when it is known.
+    """Follow a motion up the span, then down; send each value when it is known.
 
-    A run ends where the motion meets a limit of the model; the next one begins from the last state
-    before.
+    A run ends where the motion meets a limit of the model. The one down begins from the last state
+    before, or both from one motion.
     """
     axis_of(model, request.show)  # before what takes time
-    values = equidistant(model.variable_parameter(request.vary), request.span, request.points)
-    state, ends, faster = model.start, dict[str, str](), 0
-    if not model.forced:
-        model = with_duration(model.replace(**{request.vary: values[0]}), state, None)[0]
-    for run in request.runs:
-        for value in values if run == "up" else values[::-1]:
+    start = state = initial_state(model, start_of(model, request))
+    model, ends, faster = swept_model(model, request), dict[str, str](), 0
+    for run, values in values_of_runs(model, request).items():
+        state = state if request.begin is None else start
+        for value in values:
             known = _followed(model, {request.vary: float(value)}, state, check)
             if isinstance(known, str):
                 ends[run] = known
@@ -63,6 +64,26 @@ def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) ->
                 }
             )
     send({"ends": ends, "done": True})
+
+
+def values_of_runs(model: Model, request: SweepRequest) -> dict[str, NDArray[np.float64]]:
+    """Return the values of each run in order: of the span, or from one of them to its ends."""
+    values = equidistant(model.variable_parameter(request.vary), request.span, request.points)
+    ways = {"up": values, "down": values[::-1]}
+    if request.begin is not None:
+        begin, width = request.begin, values[-1] - values[0]
+        for run, end in (("up", values[-1]), ("down", values[0])):
+            count = math.ceil(request.points * min(abs(end - begin) / width, 1.0))
+            ways[run] = np.linspace(begin, end, max(count, 1))
+    return {run: ways[run] for run in request.runs}
+
+
+def swept_model(model: Model, request: SweepRequest) -> Model:
+    """Return the model, if nothing forces it with an interval that suits where a sweep begins."""
+    if model.forced:
+        return model
+    first = min(request.span) if request.begin is None else request.begin
+    return timed(model.replace(**{request.vary: first}), request)
 
 
 def _followed(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
 from collections.abc import Hashable
 from typing import Any
@@ -49,11 +50,11 @@ def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
     }
 
 
-def timed(model: Model, request: SolutionRequest) -> Model:
+def timed(model: Model, request: TrajectoryRequest) -> Model:
     """Return a model whose periods are forcing periods, or intervals that suit its solution."""
     if model.forced:
         return model
-    if request.interval is not None:
+    if isinstance(request, SolutionRequest) and request.interval is not None:
         return model.replace(**{DURATION.name: request.interval})
     return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
 
@@ -160,12 +161,24 @@ def send_simulation(
     """Integrate a solution; send how far it is, and at its end what is drawn of it."""
     result = (solutions or KeptTrajectories()).of(model, request, emit, check)
     # Apart, so that a page draws one and hears its reader before it draws the other.
-    advised = min(10 * result.periods, MOST_PERIODS)
     ended = result.settlement.settled or result.stopped is not None
-    longer = advised if not ended and advised > result.periods else None
+    longer = None if ended else _advised(result)
     sections = _sections(result, check)
     emit({"sections": sections, **_classification(result), "longer": longer, "done": False})
     emit({"contacts": contacts_view(result), "done": True})
+
+
+def _advised(trajectory: Trajectory) -> int | None:
+    """Return how many periods to go on for: those that its verdict names, else ten times as many.
+
+    None where a request may not be so long.
+    """
+    more = trajectory.settlement.more
+    if more is None:
+        advised = min(10 * trajectory.periods, MOST_PERIODS)
+        return advised if advised > trajectory.periods else None
+    forced = trajectory.model.forced
+    return min(math.ceil(more if forced else more / trajectory.forcing_period), MOST_PERIODS)
 
 
 def _far(progress: Progress) -> dict[str, Any]:

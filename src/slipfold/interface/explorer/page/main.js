@@ -60,6 +60,7 @@ function build(models, study, { view: given, sentence }) {
   const dialog = new TextDialog();
   const announcer = new Announcer(session);
   const say = (sentence) => notices.say(sentence);
+  const page = { dialog, say };
   const measurements = new Measurements(session);
   const sweep = new Sweep(session);
   const diagram = new DiagramPlot(session, measurements, sweep);
@@ -67,9 +68,8 @@ function build(models, study, { view: given, sentence }) {
   const regimes = new Regimes(session);
   const simulation = new Simulation(session);
   const plane = new PlanePlot(session, regimes, simulation);
-  const simulations = new SimulationPanel(session, simulation, sweep, diagram, orbits);
+  const simulations = new SimulationPanel(session, simulation, sweep, diagram, orbits, page);
   const tour = new Tour(session, { simulation });
-  const page = { dialog, say };
   const editor = new ModelEditor(session, page);
   const friction = new FrictionPanel(session, page);
   const menus = {

@@ -274,7 +274,7 @@ function sentence({ x, y, at, shown, picture, point, line }) {
   if (point) return `${point.sentence}; click it for what it means.`;
   const values = [x, y].map((axis, i) => `${axis.label ?? axis.name} = ${withUnit(axis, Number(at[i].toPrecision(4)))}`);
   const known = [...(line ? [line] : []), ...regimeAt(picture, at), ...regionAt(shown?.regions, at)];
-  return `${values.join(", ")}${known.length ? ": " : ""}${known.join("; ")}`;
+  return `${values.join(", ")}${known.length ? ": " : ""}${known.join("; ")}. A click simulates there.`;
 }
 
 function regionAt(regions, at) {
@@ -336,6 +336,9 @@ const KEY_STEPS = 100;
 /** Pixels within which the pointer is on a point or a line. */
 const REACH = 7;
 
+/** Pixels that the pointer may move between press and release where that is a click and no drag. */
+const CLICK = 4;
+
 /** What the ring moves by when it is dragged, over the window. */
 const FINE = 0.001;
 /** Of the legend of a saved picture, in pixels. */
@@ -360,6 +363,7 @@ export class PlanePlot {
   #card;
   #session;
   #regimes;
+  #simulation;
   /** What is drawn: the server's answer, or as much of it as has come. */
   #shown = null;
   /** Whether it is of what was requested last, and not of what was before. */
@@ -371,6 +375,7 @@ export class PlanePlot {
   constructor(session, regimes, simulation) {
     this.#session = session;
     this.#regimes = regimes;
+    this.#simulation = simulation;
     this.#card = new PointCard(session);
     this.simulate = element("button", {
       type: "button", class: "small-button", title: "Simulate from rest at the working point, the ring",
@@ -547,6 +552,9 @@ export class PlanePlot {
       this.node.removeEventListener("pointermove", move);
       this.node.classList.remove("dragging");
       this.#move(...at(moved), "commit");
+      const [[x, y], [left, top]] = [at(moved), at(event)];
+      const isClick = moved.type === "pointerup" && Math.hypot(x - left, y - top) < CLICK && event.target !== this.#point;
+      if (isClick) this.#simulation.fromRest();
     };
     this.node.addEventListener("pointermove", move);
     this.node.addEventListener("pointerup", end, { once: true });

@@ -57,6 +57,12 @@ export class Simulation {
     return { start, perturbation };
   }
 
+  /** The motion and its value, if one has come to its end where it was begun. */
+  get shown() {
+    const { isRunning, last, view, x } = this.state;
+    return isRunning || !last || view.vary !== this.#session.view.vary ? null : { value: x, state: last };
+  }
+
   /** From rest, at the working point. */
   fromRest() {
     this.#run({ start: "rest", periods: PERIODS });
@@ -326,7 +332,7 @@ export class SimulationPanel {
   #drawn = [];
   #longer;
 
-  constructor(session, simulation, sweep, diagram, orbits) {
+  constructor(session, simulation, sweep, diagram, orbits, page) {
     this.#session = session;
     this.#simulation = simulation;
     this.#perturbation.value = "0.01";
@@ -347,7 +353,7 @@ export class SimulationPanel {
         element("label", { class: "choice" }, element("span", {}, "perturbed by"), this.#perturbation),
         this.#stop, this.#clear),
       element("div", { class: "ending" }, this.#verdict, this.#more), new Exponents(session, simulation).node,
-      new SweepControl(sweep).node, this.#plot.node, this.#motion.node,
+      new SweepControl(sweep, () => simulation.shown ?? session.startOfOrbit(session.view.parameters[session.view.vary]), page).node, this.#plot.node, this.#motion.node,
       this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
     session.store.changed.subscribe(({ view, before }) => {

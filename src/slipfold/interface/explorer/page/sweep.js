@@ -4,6 +4,7 @@ import { element } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { decoded, loudspeaker } from "./sound.js";
 import { Signal } from "./store.js";
+import { copy, exported } from "./toolbar.js";
 import { sweepRequest } from "./view.js";
 
 const RUNS = ["up", "down"];
@@ -18,6 +19,8 @@ export class Sweep {
   runs = nothing();
   isRunning = false;
   words = "";
+  /** What was followed last. */
+  request = null;
   #session;
   #key = "";
   #clips = [];
@@ -38,18 +41,22 @@ export class Sweep {
     return RUNS.flatMap((run) => this.runs[run]);
   }
 
-  /** Follow the motion up from rest, then down. */
-  start() {
+  /**
+   * Follow the motion of the model's start up, then down; or another one both ways from where it is.
+   * @param {import("./view.js").Start|null} from
+   */
+  start(from = null) {
     const { view, requests, failed } = this.#session;
     this.runs = nothing();
     this.#clips = [];
     this.#key = keyOf(view);
     this.isRunning = true;
+    this.request = sweepRequest(view, from);
     this.#tell("Sweeping up…");
     const onError = (sentence, again) => failed.announce(
-      { kind: "sweep", sentence, again: again ? () => this.start() : null });
+      { kind: "sweep", sentence, again: again ? () => this.start(from) : null });
     failed.announce({ kind: "sweep", sentence: null });
-    requests.ask(sweepRequest(view), { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+    requests.ask(this.request, { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
   }
 
   /** Stop; what has come stays. */
@@ -125,12 +132,25 @@ export class SweepControl {
   #listen;
   #silence;
   #words = element("p", { role: "status" });
+  #here;
+  #copied;
 
-  constructor(sweep) {
+  /**
+   * @param {() => import("./view.js").Start|null} motionShown
+   * @param {{dialog: object, say: (sentence: string) => void}} page
+   */
+  constructor(sweep, motionShown, { dialog, say }) {
     this.#sweep = sweep;
     const button = (text, click, kind = "") => element("button", { type: "button", class: kind, on: { click } }, text);
     this.#start = button("Sweep up and down", () => sweep.start());
     this.#start.title = "Follow the motion along the diagram, each value from the last state of the one before";
+    this.#here = button("Sweep from this motion", () => {
+      const from = motionShown();
+      if (from) sweep.start(from);
+      else say("There is no motion to sweep from yet.");
+    });
+    this.#here.title = "Follow the motion that is shown, of the simulation or else the orbit, up and down from where it is";
+    this.#copied = button("Copy the sweep as Python", () => this.#copy(dialog, say), "quiet");
     this.#stop = button("Stop the sweep", () => sweep.stop(), "quiet");
     this.#clear = button("Clear the sweep", () => sweep.clear(), "quiet");
     this.#listen = button("Hear the sweep", () => this.#hear());
@@ -138,9 +158,18 @@ export class SweepControl {
     this.#silence.hidden = true;
     const keys = RUNS.map((run) => element("span", { class: `key sweep ${run}` }, run));
     this.node = element("div", { class: "sweep-control" },
-      element("div", { class: "sentence" }, this.#start, ...keys, this.#stop, this.#listen, this.#silence, this.#clear), this.#words);
+      element("div", { class: "sentence" }, this.#start, this.#here, ...keys, this.#stop, this.#listen, this.#silence, this.#copied, this.#clear), this.#words);
     sweep.changed.subscribe(() => this.#show());
     this.#show();
+  }
+
+  async #copy(dialog, say) {
+    try {
+      const text = await (await exported(this.#sweep.request, "python")).text();
+      dialog.show("The sweep in Python", text, await copy(text));
+    } catch (error) {
+      say(error.message);
+    }
   }
 
   #hear() {
@@ -158,7 +187,7 @@ export class SweepControl {
     const { isRunning, words, places } = this.#sweep;
     const isAny = places.length > 0;
     this.#stop.hidden = !isRunning;
-    this.#clear.hidden = this.#listen.hidden = isRunning || !isAny;
+    this.#clear.hidden = this.#copied.hidden = this.#listen.hidden = isRunning || !isAny;
     for (const key of this.node.querySelectorAll(".key")) key.hidden = !isAny;
     this.#words.textContent = words;
     this.node.dataset.state = isRunning ? "running" : isAny ? "done" : "none";

@@ -36,7 +36,7 @@ export async function copy(text) {
  *   drawn on it, and curves beside it
  * @throws {Error} with the server's sentence
  */
-async function exported(view, format, { measurements = null, pins = [] } = {}) {
+export async function exported(view, format, { measurements = null, pins = [] } = {}) {
   return posted("/api/export", JSON.stringify({ view: withText({ id: 0, ...view }), format, measurements, pins }));
 }
 
@@ -151,8 +151,7 @@ export class ExportMenu {
   async #text(format, language) {
     const measurements = this.#source.measurements?.() ?? null;
     const text = await (await exported(this.#source.request(), format, { measurements })).text();
-    const isCopied = await copy(text);
-    this.#dialog.show(`The ${this.#name} in ${language}`, text, isCopied);
+    this.#dialog.show(`The ${this.#name} in ${language}`, text, await copy(text));
   }
 
   async #picture(format) {

@@ -114,10 +114,13 @@ export function diagramRequest(view, parameters = view.parameters) {
   return { kind: "diagram", model, parameters: without(parameters, vary), vary, span, show, statistic, also };
 }
 
-/** The request for a motion that is swept along the diagram of a view. */
-export function sweepRequest(view) {
+/**
+ * The request for a motion that is swept along the diagram of a view.
+ * @param {Start|null} from the motion that is followed both ways; from end to end if null
+ */
+export function sweepRequest(view, from = null) {
   const { also: _, ...request } = diagramRequest(view);
-  return { ...request, kind: "sweep" };
+  return { ...request, kind: "sweep", ...(from && { start: from.state, begin: from.value }) };
 }
 
 /** The request for an orbit on the diagram of a view. */
