@@ -8,6 +8,7 @@ from tests.helpers.dry_friction import rubbing
 
 import slipfold as sf
 from slipfold.models.registry import model_named
+from slipfold.plots.response import marks_of
 
 DAMPING = 0.1
 
@@ -56,6 +57,9 @@ def test_peaks_of_a_linear_oscillator(discretization, event, type_, frequency, a
 def test_peak_of_a_bent_resonance_is_that_of_a_fine_scan():
     diagram = sf.response(model_named("duffing"), "W", (0.9, 1.27), events=[sf.Event("q")])
     (peak,) = (point for _, point in diagram.special if point.type == "MAX")
+    drawn = [("q", "max"), ("q", "min"), ("v", "max")]  # in figures of what has the extremum
+    marked = ["MAX" in {mark.type for mark in marks_of(diagram.branches[0], *of)} for of in drawn]
+    assert marked == [True, False, False]
     fine = sf.Settings(steps=sf.Steps(largest=0.05))
     branch = sf.response(model_named("duffing"), "W", (0.9, 1.27), settings=fine).branches[0]
     highest = int(branch.extrema_of("q").maximum.argmax())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
+from slipfold.flow.modal_answers import Some
 from slipfold.flow.modal_equations import ForcedIntervals, propagate, times
 
 TINY = 1e-30
@@ -171,15 +172,19 @@ class LinearizedSegments:
 
     def __init__(self, intervals: ForcedIntervals, slopes: Array, count: int) -> None:
         self.intervals, self.slopes, self._count = intervals, slopes, count
-        m, s, live, seen = slopes.shape
-        answered = intervals.answered.reshape(m, s * seen, s, intervals.equations.forces)
-        answered = answered[..., :live]
-        coupled = np.einsum("mpsl,msly->mpsy", answered, slopes).reshape(m, s * seen, s * seen)
-        self._coupled = np.linalg.inv(np.eye(s * seen) - coupled)
-        driven = intervals.driven.reshape(m, -1, s, intervals.equations.forces)[..., :live]
-        self._driven = np.einsum("mnsl,msly->mnsy", driven, slopes)
-        self._driven = self._driven.reshape(m, driven.shape[1], s * seen)
+        coupled = self._by_motions(intervals.answered)
+        self._driven = self._by_motions(intervals.driven)
+        self._coupled = np.linalg.inv(np.eye(coupled.shape[1]) - coupled)
         self._seen = self._coupled @ intervals.seen
+
+    def _by_motions(self, answers: Some) -> Array:
+        """Return answers to forces as those to motions, (m, a, s n_f) to (m, a, s n_y)."""
+        (m, s, live, seen), size = self.slopes.shape, answers.shape[1]
+        by_point = answers.reshape(m, size, s, self.intervals.equations.forces)[..., :live]
+        if live == seen == 1:
+            return np.asarray(by_point[..., 0] * self.slopes[:, None, :, 0, 0])
+        found = (by_point.swapaxes(1, 2) @ self.slopes).swapaxes(1, 2)
+        return np.asarray(found.reshape(m, size, s * seen))
 
     def run(
         self,

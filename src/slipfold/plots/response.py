@@ -222,12 +222,13 @@ def _marks(diagrams: Sequence[Diagram], output: str, measure: str) -> Iterator[M
 
 
 def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:
-    """Return the marks of a branch."""
+    """Return the marks of a branch; extrema of what is drawn alone."""
     found = []
     for point in branch.special:
         # A branch point lies on two branches; the one met first marks it.
         again = point.type == "BP" and (point.leads_to or branch.id) < branch.id
-        if point.type in MARKERS and not again:
+        others = point.measured not in (None, (measure, output))
+        if point.type in MARKERS and not again and not others:
             name = point.name if point.type == "EVENT" else point.type
             value = measured_at(point, output, measure)
             hollow = point.criticality == "subcritical"
