@@ -65,6 +65,8 @@ class MarginalEvent:
     size: float  # of the margin
     # The minimum of the margin over its size: slip in the plane has no direction at none at all
     level: float = 0.0
+    # Whether the orbit meets others like it, as one that is its own symmetric image
+    several: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,9 +242,13 @@ class MarginalShooting(SwitchedShooting):
         known = list(found)
         nearest = WINDOW.alike * min((near for near, _ in known), default=0.0)
         # The same event of either period: beside the end of what is known there is less room.
-        events = (met for near, met in known if near <= nearest)
+        events = [met for near, met in known if near <= nearest]
         best = max(events, key=lambda met: met.reach, default=None)
-        return None if best is None else cls(by.model, by.free, by.period, best)
+        if best is None:
+            return None
+        apart = [(met.phase - best.phase) / by.period for met in events]
+        several = any(abs(away - round(away)) * by.period > WINDOW.short for away in apart)
+        return cls(by.model, by.free, by.period, replace(best, several=several))
 
     @classmethod
     def stops_of(

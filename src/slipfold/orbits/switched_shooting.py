@@ -14,7 +14,7 @@ from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.linearized_trajectory import grazing_distances, linearized_trajectory
-from slipfold.flow.modes import Ending, Mode, Status, UndeterminedMode, reported_mode
+from slipfold.flow.modes import CONTACT, Ending, Mode, Status, UndeterminedMode, reported_mode
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -91,6 +91,12 @@ class SwitchedShooting(Shooting):
         """
         system = self.switched.system(nodes[0], constants, energies=False)
         return min(grazing_distances(system, nodes[0], self.round(nodes, constants)), default=None)
+
+    def holds_more(self, nodes: Array, constants: Constants) -> bool:
+        """Whether a contact has more static friction than kinetic. Shapes: nodes (m, n)."""
+        now = self.switched.quantities.at(nodes[0], float(self.start[0]), constants)
+        limits = zip(now.holding, now.starting, strict=True)
+        return any(held > (1 + CONTACT.slack) * slips for held, slips in limits)
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
         """Return the slowest growth of the force that friction lacks where it releases a contact.

@@ -81,7 +81,7 @@ def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
         if not solved:
             moved += PIECE.close + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
         if isinstance(found, FoundGrazing):
-            moved += float(found.place.error[-1])
+            moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     return _uncertain(found, moved * orbits.width, uncertain)
 
@@ -157,7 +157,7 @@ def bare(found: Found) -> SpecialPoint:
 def _nodes(found: Found) -> Array:
     """Return the states of what was located at equidistant phases, shape (M, n)."""
     point = found.point
-    if not isinstance(found, FoundGrazing):
+    if not (isinstance(found, FoundGrazing) and found.extrapolated):
         return np.asarray(point.curve.orbits.evenly(point.z))
     nodes = [item.curve.orbits.evenly(item.z) for item in found.place.points]
     return np.tensordot(found.place.weights, nodes, 1)
@@ -166,7 +166,7 @@ def _nodes(found: Found) -> Array:
 def _stuck_fraction(found: Found) -> float:
     """Return the fraction of the period in which a contact sticks: what vanishes there has none."""
     point = found.point
-    if not isinstance(found, FoundGrazing):
+    if not (isinstance(found, FoundGrazing) and found.extrapolated):
         return point.curve.orbits.stuck_fraction(point.z)
     place = found.place
     known = [item.curve.orbits.stuck_fraction(item.z) for item in place.points]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -69,18 +69,30 @@ BOUNDARY = "boundary"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FoundGrazing(Found[OrbitPoint]):
-    """A grazing of slip in the plane, extrapolated from orbits near it.
+    """A grazing extrapolated from orbits near it.
 
-    The point is the nearest of them, with the extrapolated unknown.
+    The point of slip in the plane is the nearest of them, with the extrapolated unknown. Of several
+    grazings at once it is the last orbit before them: no trajectory passes them all by.
     """
 
     place: Vanishing[OrbitPoint]
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether the point has the extrapolated unknown."""
+        return self.point.z is self.place.z
 
 
 CAUGHT = (
     "the orbit sticks, and no other was found beyond: a contact only just stops there, and static "
     "friction above kinetic friction holds it for good or not at all; simulate shows what "
     "trajectories do"
+)
+
+
+HOLDS_MORE = (
+    ", and static friction is more than kinetic, so that a contact which only just slips or stops "
+    "does so for long"
 )
 
 
@@ -174,7 +186,7 @@ class SwitchingBoundaries:
             left, was = orbits.grazing_margin(after), orbits.grazing_margin(before)
             if left is None or was is None or not left < min(was, RULES.near):
                 return None
-        place = self._vanishing(orbits, start, ahead)
+        place = _vanishing(orbits, start, orbits.grazing_margin, ahead)
         if place is None:
             return None
         last, beyond = place.nearest, beyond_end(orbits, place.nearest, place.z, place.reach)
@@ -185,7 +197,7 @@ class SwitchingBoundaries:
             if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
                 back = orbits.turned(beyond)
                 distance = float(np.linalg.norm(beyond.z - place.z))
-                again = self._vanishing(orbits, back, 2 * distance)
+                again = _vanishing(orbits, back, orbits.grazing_margin, 2 * distance)
                 if again is not None and again.is_same(place):
                     place = again
                 elif caught:  # for long: another orbit, which begins apart from this
@@ -194,15 +206,13 @@ class SwitchingBoundaries:
         found = FoundGrazing("GRAZE", point, float("inf"), place=place)
         return MonitorResult([found], Stop(last, _end("GRAZE", orbits, point), beyond=beyond))
 
-    def _vanishing(
-        self, orbits: Orbits, start: OrbitPoint, ahead: float
-    ) -> Vanishing[OrbitPoint] | None:
-        """Return where slip in the plane, or a stop, vanishes ahead of a point, None if nowhere."""
-        places = (
-            locate_vanishing(orbits, start, orbits.grazing_margin, least, ahead)
-            for least in RULES.smallest
-        )
-        return next(filter(None, places), None)
+
+def _vanishing(
+    orbits: Orbits, start: OrbitPoint, left: Callable[[OrbitPoint], float | None], ahead: float
+) -> Vanishing[OrbitPoint] | None:
+    """Return where slip, a stop, or a margin vanishes ahead of a point, None if nowhere."""
+    places = (locate_vanishing(orbits, start, left, least, ahead) for least in RULES.smallest)
+    return next(filter(None, places), None)
 
 
 def _at(point: OrbitPoint) -> tuple[Array, Constants]:
@@ -255,7 +265,7 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     by = orbits.by
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
-    change = _change_ahead(last, RULES.nearly)
+    change = _several_ahead(traced) or _change_ahead(last, RULES.nearly)
     if change is not None:
         _note(traced, change)
         return
@@ -271,11 +281,40 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
         traced.points.pop()  # rounding let it pass
     traced.found.append(change)
     traced.end = _end(change.type, met.curve.orbits, met)
+    if isinstance(change, FoundGrazing):
+        return
     z, tangent = last.curve.moved(met)
     side = replace(met, tangent=tangent, piece=last.piece)
     beyond = beyond_end(last.curve, side, z, RULES.nearly) or across_gap(last.curve, last)
     if beyond is not None:
         traced.points.append(beyond)
+
+
+def _several_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
+    """Return where orbits at the end of a piece graze several times at once, None if they do not.
+
+    Beyond one of them another motion follows, so no orbit is solved for that passes all of them by:
+    the place is extrapolated from orbits before it.
+    """
+    last = traced.points[-1]
+    change = MarginalShooting.at(last.curve.orbits.by, *_at(last), "GRAZE")
+    if change is None or change.met.level or not change.met.several:
+        return None
+
+    def left(point: OrbitPoint) -> float:
+        return change.condition_of(point.curve.orbits.by, *_at(point))[0]
+
+    start = next((point for point in reversed(traced.points) if left(point) > RULES.near), None)
+    if start is None or start.piece != last.piece or not isinstance(start.curve, Orbits):
+        return None
+    ahead = last.arclength - start.arclength
+    place = _vanishing(start.curve, start, left, 2 * ahead)
+    if place is None:
+        return None
+    beyond = float(np.linalg.norm(place.z - start.z)) - ahead
+    if abs(beyond) > RULES.nearly:
+        return None
+    return FoundGrazing("GRAZE", last, float("inf"), place=place)
 
 
 def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | None:
@@ -328,10 +367,12 @@ def _end_of_piece(before: OrbitPoint, after: OrbitPoint) -> Array | None:
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
+    by = curve.orbits.by
+    more = kind == "GRAZE" and isinstance(by, SwitchedShooting) and by.holds_more(*_at(point))
     reason = (
-        f"{CONTACT_TYPES[kind].title}; no orbit was found beyond; to follow what trajectories "
-        "converge to there, compute a response with settled=True that starts there (--start, "
-        "--settled)"
+        f"{CONTACT_TYPES[kind].title}{HOLDS_MORE if more else ''}; no orbit was found beyond; to "
+        "follow what trajectories converge to there, compute a response with settled=True that "
+        "starts there (--start, --settled), or with gaps=True (--gaps)"
     )
     return End(BOUNDARY, reason, curve.place(point.z))
 

@@ -128,7 +128,8 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 
     The orbit is integrated with steps that fall elsewhere and compared with equations and friction;
     so are trajectories near it. Where these have their events in another order, as near a grazing
-    orbit, no multipliers are compared.
+    orbit, or differ by far more on one side than on the other, as where friction only just holds a
+    contact, no multipliers are compared.
     """
     model, end = orbit.model, float(orbit.period)
     system = replace(hybrid_system(model, orbit.state), energies=False)
@@ -155,9 +156,10 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
             (more, first), (less, second) = (
                 integrated(orbit.state + sign * step * one * scales) for sign in (1, -1)
             )
-            if not order == first == second:
+            column, bend = (more - less) / scales, (more + less - 2 * arrived) / scales
+            if not order == first == second or np.abs(bend).max() > CHECKS.aside:
                 return None
-            columns.append((more - less) / scales / (2 * step))
+            columns.append(column / (2 * step))
         return np.transpose(columns)
 
     matrix = differenced(CHECKS.coarse)
