@@ -1,6 +1,6 @@
 """Batches of trajectories in the lanes of one integrator, and their step budget.
 
-The environment sets tolerance, lanes and optimization, so that tests can vary them.
+The environment sets tolerance and lanes, so that tests can vary them.
 """
 
 from __future__ import annotations
@@ -25,10 +25,6 @@ ROUNDING = 10 * TOLERANCE
 
 LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
 """Trajectories integrated together: two registers of AVX2, one of AVX-512."""
-
-OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "3"))
-"""LLVM's level for integrators, except batches of states. At 0 they compile in a quarter of the
-time and run half as fast, which suits models that are integrated once, as in most tests."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants, Equations
-from slipfold.models.formulas.functions import compiled_function
+from slipfold.models.formulas.functions import OPTIMIZATION, compiled_function
 from slipfold.models.model import Kind, Model
 from slipfold.models.quantities import Expression
 
@@ -95,6 +95,8 @@ def cached(key: str, build: Callable[[], Any]) -> Any:
     and nobody else may write to them, and if its digest fits its content and its key. Anything
     else is rebuilt and overwritten. Where the directory cannot be made safe, nothing is stored.
     """
+    # heyoka's own disk cache is one for all programs and unchecked: this one takes its place.
+    hy.llvm_state.set_diskcache_enabled(False)
     digest = hashlib.sha256(f"{key}\n{_machine()}".encode()).hexdigest()
     directory = _safe_directory()
     if directory is None:
@@ -110,8 +112,9 @@ def cached(key: str, build: Callable[[], Any]) -> Any:
 
 @memoise
 def _machine() -> str:
-    """What compiled code depends on: heyoka, Python, and the processor's instruction set."""
-    return "\n".join([hy.__version__, platform.python_version(), platform.platform(), _processor()])
+    """What compiled code depends on: heyoka, Python, the processor, and how it is optimized."""
+    versions = hy.__version__, platform.python_version(), platform.platform()
+    return "\n".join([*versions, _processor(), f"level {OPTIMIZATION}"])
 
 
 def _processor() -> str:

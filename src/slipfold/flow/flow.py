@@ -15,7 +15,6 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.batches import (
     LANES,
-    OPTIMIZATION,
     STEP_LIMIT,
     TOLERANCE,
     arrive,
@@ -41,6 +40,7 @@ from slipfold.flow.equations import (
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
+from slipfold.models.formulas.functions import OPTIMIZATION
 from slipfold.models.model import Model
 from slipfold.models.quantities import Limit
 
@@ -87,12 +87,12 @@ class Integrators:
 
     @property
     def plain(self) -> Any:
-        """Batch of the states alone, always optimized: searches for trajectories run long."""
+        """Batch of the states alone."""
 
         def build() -> Any:
             system = self._system(self._places())
             short = sum(len(rate) for _, rate in system) <= VARIATIONS.short_rates
-            return self._batch(system, self._known, self._places(), level=3, compact=not short)
+            return self._batch(system, self._known, self._places(), compact=not short)
 
         return self._own("states", build)
 
@@ -185,9 +185,7 @@ class Integrators:
     def _own(self, kind: str, build: Callable[[], Any]) -> Any:
         def stored() -> Any:
             options = f"lanes={LANES} tolerance={self._tolerance!r} jets={VARIATIONS.jet_tolerance}"
-            made = f"scaled {kind} {options} level={OPTIMIZATION} {VERSION}"
-            # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
-            hy.llvm_state.set_diskcache_enabled(False)
+            made = f"scaled {kind} {options} {VERSION}"
             return cached(f"{made}\n{self._equations.fingerprint()}", build)
 
         return self._integrators.get(kind, stored)
@@ -208,7 +206,6 @@ class Integrators:
         *,
         tolerance: float | None = None,
         size: int = 1,
-        level: int = OPTIMIZATION,
         compact: bool = True,
     ) -> Any:
         # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
@@ -218,7 +215,7 @@ class Integrators:
             pars=np.zeros((parameters, LANES)),
             tol=tolerance or self._tolerance,
             compact_mode=compact,
-            opt_level=level,
+            opt_level=OPTIMIZATION,
             t_events=self._turns.events(places, batch=True),
             nt_events=self._turns.passed(places, batch=True),
         )

@@ -16,7 +16,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.affine_events import AffineEvents
 from slipfold.flow.affine_flow import flow_of_rates
-from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
+from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import (
     ContactQuantities,
@@ -51,6 +51,7 @@ from slipfold.flow.polynomials import (
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.flow.slip_onset import SlipOnset
+from slipfold.models.formulas.functions import OPTIMIZATION
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
 
@@ -160,8 +161,7 @@ class CompiledMode:
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]
-        hy.llvm_state.set_diskcache_enabled(False)
-        made = f"tol={TOLERANCE!r} level={OPTIMIZATION} {CONTACT} {VERSION}"
+        made = f"tol={TOLERANCE!r} {CONTACT} {VERSION}"
         return cached(f"switched {made} limits={bounds!r}\n{self._key}", self._build)
 
     def _build(self) -> Any:

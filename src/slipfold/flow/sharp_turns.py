@@ -69,12 +69,12 @@ def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tupl
 
 
 def _decomposed(states: Sequence[Any], rates: Sequence[Any]) -> list[tuple[Any, list[int]]]:
-    # Only the decomposition is needed: low order, no optimization.
+    # Only the decomposition is needed: low order, no optimization, and compact if it is long.
     return hy.taylor_adaptive(
         list(zip(states, rates, strict=True)),
         state=[0.0] * len(states),
         tol=0.5,
-        compact_mode=True,
+        compact_mode=len(states) > 60,
         opt_level=0,
     ).decomposition
 
