@@ -112,3 +112,25 @@ def test_the_start_of_a_forced_model_says_which_well(side):
 def test_starts_that_cannot_be_used_are_refused(arguments, words):
     with pytest.raises(sf.InputError, match=words):
         sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.5), **arguments)
+
+
+FREE = {
+    "a position": ({"x": "v", "v": "p - 0.1*v + cos(t)"}, "no rate depends on x, so"),
+    "two positions": (
+        {"x": "v", "y": "w", "v": "y - x - 0.1*v + p*cos(t)", "w": "x - y"},
+        "no rate depends on x + y, so",
+    ),
+    "a sum": (
+        {"s": "0.5*r - 2*p*s*i", "i": "2*p*s*i - i + cos(t)/9", "r": "i - cos(t)/9 - 0.5*r"},
+        "s + i + r never changes, so",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", FREE)
+def test_states_that_nothing_determines_are_named(case):
+    rates, reason = FREE[case]
+    given = {"parameters": {"p": 1.0}, "forcing": {"period": "2*pi"}}
+    model = sf.System(name="free", states=rates, **given)
+    with pytest.raises(sf.InputError, match=reason.replace("+", ".")):
+        sf.response(model, vary="p", span=(0.5, 2))

@@ -228,8 +228,44 @@ class Model(ABC):
 
     @property
     def advice(self) -> str:
-        """Why a motion may not be found, and the way out, as a clause; empty if not known."""
+        """Why a motion may not be found, and the way out, as a clause; empty if not known.
+
+        Jacobians at any eight states tell whether states can be displaced together without effect,
+        or a sum of states never changes. Then no equilibrium and no orbit is isolated.
+        """
+        around = np.random.default_rng(0).uniform(0.5, 1.5, (8, len(self.states)))
+        jacobians = evaluation_of(self).linear(self, around, np.linspace(0, 1, len(around)))[1]
+        if not np.isfinite(jacobians).all():
+            return ""
+        free = self._named_null_vector(np.concatenate(jacobians))
+        if free:
+            return (
+                f"no rate depends on {free}, so that nothing determines it; leave it out, or let "
+                "a restoring force or rate depend on it"
+            )
+        kept = self._named_null_vector(np.concatenate(jacobians.swapaxes(1, 2)))
+        if kept:
+            return (
+                f"{kept} never changes, so that no equilibrium or orbit is isolated; eliminate one "
+                "of these states by it, with its value as a parameter"
+            )
         return ""
+
+    def _named_null_vector(self, rows: Array) -> str:
+        """Return the only combination of states that no row sees, in words; empty if none.
+
+        Shapes: rows (r, n).
+        """
+        _, sizes, vectors = np.linalg.svd(rows, full_matrices=False)
+        if sizes[-1] > 1e-12 * sizes[0] or (len(sizes) > 1 and sizes[-2] <= 1e-12 * sizes[0]):
+            return ""
+        weights = vectors[-1] / vectors[-1][np.abs(vectors[-1]).argmax()]
+        terms = [
+            state.name if abs(weight - 1) < 1e-9 else f"{weight:.6g}*{state.name}"
+            for state, weight in zip(self.states, weights, strict=True)
+            if abs(weight) > 1e-9
+        ]
+        return " + ".join(terms).replace("+ -1*", "- ").replace("+ -", "- ")
 
     @property
     def varied_first(self) -> str | None:

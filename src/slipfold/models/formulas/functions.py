@@ -135,7 +135,7 @@ _NOT_SMOOTH = frozenset(
     (
         *("abs", "sign", "sgn", "min", "max", "clip", "saturate", "relu"),
         *("floor", "ceil", "round", "mod", "fmod"),
-        *("step", "heaviside", "if", "where", "select", "piecewise"),
+        *("step", "heaviside", "heav", "if", "where", "select", "piecewise"),
     )
 )
 
