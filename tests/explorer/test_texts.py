@@ -9,7 +9,7 @@ import pytest
 from hypothesis import strategies as st
 
 import slipfold as sf
-from helpers.explorer_models import BRAKE
+from helpers.explorer_models import BRAKE, BRAKE_OF_FILE, STIFFNESS
 from helpers.explorer_server import diagram, running_explorer
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
@@ -167,32 +167,45 @@ def test_a_text_has_a_largest_size(explorer, client):
     assert len(answer["error"]) < 200
 
 
-MATRIX = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 2000.0\n"
-OF_FILE = BRAKE.replace("[[2000.0]]", '"K.mtx"')
-
-
 def test_files_with_matrices_are_read_in_the_folder_of_the_servers_file_alone(tmp_path):
-    (tmp_path / "K.mtx").write_text(MATRIX)
+    (tmp_path / "K.mtx").write_text(STIFFNESS)
     file = tmp_path / "brake.toml"
-    file.write_text(OF_FILE)
+    file.write_text(BRAKE_OF_FILE)
     mine = Catalogue(sf.Structure.from_toml(file), file)
-    assert mine.described(OF_FILE, "")["name"] == "brake"
-    assert text_of(mine.model("brake", {}), file) == OF_FILE
+    assert mine.described(BRAKE_OF_FILE, "")["name"] == "brake"
+    assert text_of(mine.model("brake", {}), file) == BRAKE_OF_FILE
     for other, text in [
-        (Catalogue(), OF_FILE),
-        (mine, OF_FILE.replace("K.mtx", "../K.mtx")),
-        (mine, OF_FILE.replace("K.mtx", f"{tmp_path}/K.mtx")),
+        (Catalogue(), BRAKE_OF_FILE),
+        (mine, BRAKE_OF_FILE.replace("K.mtx", "../K.mtx")),
+        (mine, BRAKE_OF_FILE.replace("K.mtx", f"{tmp_path}/K.mtx")),
         (mine, 'model = "brake.toml"'),
     ]:
         with pytest.raises(sf.InputError, match=r"this text is in none|leads out of the folder"):
             other.described(text, "")
 
 
-def test_a_copied_text_has_the_matrices_of_its_files_in_it(tmp_path):
-    (tmp_path / "K.mtx").write_text(MATRIX)
+def test_a_file_with_a_matrix_that_changes_is_read_again(tmp_path):
+    (tmp_path / "K.mtx").write_text(STIFFNESS)
     file = tmp_path / "brake.toml"
-    file.write_text(OF_FILE)
-    changed = OF_FILE.replace("[[0.05]]", "[[0.06]]")
+    file.write_text(BRAKE_OF_FILE)
+    catalogue = Catalogue(sf.Structure.from_toml(file), file)
+    before = catalogue.model("brake", {}, BRAKE_OF_FILE)
+    described = catalogue.described(BRAKE_OF_FILE, "")
+    assert catalogue.model("brake", {}, BRAKE_OF_FILE) == before
+    assert catalogue.describe()[0]["files"] == described["files"] != ""
+    (tmp_path / "K.mtx").write_text(STIFFNESS.replace("2000.0", "2500.00"))
+    after = catalogue.model("brake", {}, BRAKE_OF_FILE)
+    assert ("2000" in before.to_toml(), "2500" in after.to_toml()) == (True, True)
+    assert catalogue.described(BRAKE_OF_FILE, "")["files"] != described["files"]
+    assert Catalogue().described(DUFFING, "")["files"] == ""
+    assert catalogue.described(DUFFING + "# '../K.mtx' '/etc/passwd'", "")["files"] == ""
+
+
+def test_a_copied_text_has_the_matrices_of_its_files_in_it(tmp_path):
+    (tmp_path / "K.mtx").write_text(STIFFNESS)
+    file = tmp_path / "brake.toml"
+    file.write_text(BRAKE_OF_FILE)
+    changed = BRAKE_OF_FILE.replace("[[0.05]]", "[[0.06]]")
     answering = Answering(Catalogue(sf.Structure.from_toml(file), file))
     view = diagram(model="brake (edited)", text=changed, parameters={}, vary="Vd", show="tip")
     request = ExportRequest.model_validate({"view": view, "format": "python"})

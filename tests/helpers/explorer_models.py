@@ -30,6 +30,10 @@ Vd = "2 m/s"
 """
 """The structure of the README: nothing forces it."""
 
+STIFFNESS = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 2000.0\n"
+BRAKE_OF_FILE = BRAKE.replace("[[2000.0]]", '"K.mtx"')
+"""The same with its stiffness in a file, K.mtx."""
+
 RAYLEIGH = """
 name = "rayleigh"
 parameters = { omega = 1.0, eps = 0.5 }

@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("fastapi", reason="the extra explore is not installed")
 pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
 
-from helpers.explorer_models import BRAKE, HOSTILE
+from helpers.explorer_models import BRAKE_OF_FILE, HOSTILE, STIFFNESS
 from helpers.explorer_page import PATIENCE, ExplorerPage, served
 
 
@@ -21,7 +21,8 @@ def address(tmp_path_factory):
 @pytest.fixture(scope="session")
 def brake_file(tmp_path_factory):
     case = tmp_path_factory.mktemp("brake") / "one's own.toml"
-    case.write_text(BRAKE)
+    case.write_text(BRAKE_OF_FILE)
+    (case.parent / "K.mtx").write_text(STIFFNESS)
     return case
 
 

@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_models import BRAKE
+from helpers.explorer_models import BRAKE_OF_FILE, STIFFNESS
 
 TEXT = ".editor textarea"
 
@@ -73,14 +73,24 @@ def test_the_file_of_the_server_is_read_again(brake, brake_file):
     brake.open("model=brake")
     page = brake.page
     page.get_by_role("button", name="Edit the model").click()
-    expect(page.locator(TEXT)).to_have_value(BRAKE)
+    expect(page.locator(TEXT)).to_have_value(BRAKE_OF_FILE)
+    state, matrix = page.locator(".editor .actions [role=status]"), brake_file.parent / "K.mtx"
+    page.get_by_role("button", name="Reload").click()
+    expect(state).to_have_text("Nothing was changed.")
     try:
-        brake_file.write_text(BRAKE.replace("load = 5", "load = 6"))
+        brake_file.write_text(BRAKE_OF_FILE.replace("load = 5", "load = 6"))
         with brake.redrawn():
             page.get_by_role("button", name="Reload").click()
         assert brake.parameter("Ns") == 6
+        # The matrices of a text that is the model now are read again as well.
+        matrix.write_text(STIFFNESS.replace("2000.0", "2500.00"))
+        page.get_by_role("button", name="Apply").click()
+        expect(state).to_have_text("Applied.")
+        page.get_by_role("button", name="Apply").click()
+        expect(state).to_have_text("Nothing was changed.")
     finally:
-        brake_file.write_text(BRAKE)
+        brake_file.write_text(BRAKE_OF_FILE)
+        matrix.write_text(STIFFNESS)
 
 
 BELT = (Path(__file__).parents[1] / "models/two-on-a-belt.toml").read_text()

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from functools import lru_cache, partial
+from contextlib import suppress
+from functools import lru_cache
+from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,9 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import built_in_models, model_of_text
 from slipfold.models.units import units_of, wanted_text
+
+NAMED = re.compile(r"""["']([^"'\n]{1,255})["']""")
+"""What may be the name of a file in a text."""
 
 
 class Catalogue:
@@ -39,7 +44,10 @@ class Catalogue:
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
         # Where texts may name files with matrices; None if they may name none
         self.folder = None if file is None else file.parent
-        self._written = lru_cache(PAGE.texts)(partial(model_of_text, folder=self.folder))
+        # A model is made anew when a file that its text names has changed
+        self._kept = lru_cache(PAGE.texts)(
+            lambda text, files, label: model_of_text(text, label, self.folder)
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -99,11 +107,34 @@ class Catalogue:
         """Describe the model of a text; messages call the text `label`."""
         model = self._written(text, label)
         _check_variable(model)
-        return _described(_key(model.name), model)
+        return {**_described(_key(model.name), model), "files": files_of(text, self.folder)}
 
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""
-        return [_described(name, model) for name, model in self._models.items()]
+        result = [_described(name, model) for name, model in self._models.items()]
+        if self._file[1] is not None:
+            text = self._file[1].read_text(encoding="utf-8", errors="replace")
+            result[0]["files"] = files_of(text, self.folder)
+        return result
+
+    def _written(self, text: str, label: str = "") -> Model:
+        model: Model = self._kept(text, files_of(text, self.folder), label)
+        return model
+
+
+def files_of(text: str, folder: Path | None) -> str:
+    """Return a word for the state of the files in a folder that a text names; empty without any.
+
+    It changes when one of them does.
+    """
+    states = []
+    for name in dict.fromkeys(NAMED.findall(text)) if folder is not None else ():
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            continue
+        with suppress(OSError, ValueError):
+            status = (folder / name).stat()
+            states.append((name, status.st_mtime_ns, status.st_size))
+    return blake2b(repr(states).encode(), digest_size=8).hexdigest() if states else ""
 
 
 def _refused(attempt: Callable[..., object], *values: float, **named: float) -> str:
@@ -144,6 +175,7 @@ def _described(name: str, model: Model) -> dict[str, Any]:
         "vary": [item.name for item in knobs],
         "default": _default(model, first),
         "plane": first.get("plane"),
+        "files": "",
     }
 
 

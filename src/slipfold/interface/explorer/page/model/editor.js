@@ -19,9 +19,10 @@ const LARGEST = 256 * 1024;
  * @throws {Error} with the server's sentence
  */
 export async function written(models, text, fileName = null, name = null) {
-  const known = models.find((item) => item.text === text);
-  if (known) return known;
+  const known = models.findLast((item) => item.text === text);
+  if (known && !known.files) return known;
   const described = await (await posted("/api/model", JSON.stringify({ text, name: fileName }))).json();
+  if (known?.files === described.files) return known; // a file that it names may have changed
   const base = described.name.slice(0, LONGEST_NAME);
   const taken = new Set(models.map((item) => item.name));
   const numbered = (count) => `${base} (edited${count > 1 ? ` ${count}` : ""})`;
@@ -180,7 +181,8 @@ export class ModelEditor {
    */
   async apply({ isFile = false } = {}) {
     const text = this.#text.value;
-    if (!isFile && !this.#isChanged && this.#fault.hidden) {
+    const isSameText = !isFile && !this.#isChanged && this.#fault.hidden;
+    if (isSameText && !this.#session.model.files) {
       this.#tell("Nothing was changed.");
       return;
     }
@@ -189,6 +191,10 @@ export class ModelEditor {
     this.#apply.disabled = true;
     try {
       const model = await written(session.models, text, this.#fileName);
+      if (isSameText && model.files === before.files) {
+        this.#tell("Nothing was changed.");
+        return;
+      }
       this.#adopt(model);
       const address = HOLDS_VIEW.exec(text)?.[1];
       const isSame = model.base === (before.base ?? before.name);
@@ -247,7 +253,7 @@ export class ModelEditor {
     const { text } = await this.#ask(this.#session.model);
     this.#text.value = text;
     this.#changed();
-    if (text === before) this.#tell("The file has not changed.");
+    if (text === before && !this.#session.model.files) this.#tell("The file has not changed.");
     else await this.apply();
   }
 
