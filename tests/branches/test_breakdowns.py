@@ -189,3 +189,9 @@ def test_an_equilibrium_that_runs_away_as_the_parameter_stands_still_is_left():
     assert "while p stays at" in branch.stopped.reason
     assert not branch.failed
     assert len(branch) < 100
+
+
+def test_a_start_where_a_rate_is_infinite_is_left_without_a_warning():
+    model = sf.System(name="pole", parameters={"p": 1.0}, states={"x": "p/x - x"})
+    (branch,) = sf.response(model, vary="p", span=(1, 2)).branches
+    assert branch.states[:, 0] ** 2 == pytest.approx(branch.parameter, rel=1e-12)

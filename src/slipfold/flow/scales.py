@@ -391,7 +391,8 @@ class _View:
                 self.constants, values=coefficients * _changes(coefficients, relative)
             )
             others = self.flow.jacobians(states * _changes(states[0], -relative), PHASES, changed)
-            change = np.fmax(change, np.abs(others - result).mean(axis=0))
+            with np.errstate(invalid="ignore"):  # an infinite derivative at the start
+                change = np.fmax(change, np.abs(others - result).mean(axis=0))
         return np.where(change > SCALES.cancelled * size, 0.0, result)
 
     @cached_property
