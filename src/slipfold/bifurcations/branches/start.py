@@ -163,7 +163,7 @@ class FirstOrbit:
         if not correction.converged:
             raise InputError(
                 f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-                f"{correction.failure}; {model.advice or 'give another start, or start the span elsewhere'}"
+                f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
             )
         return orbits, _first_point(orbits, correction, value)
 
@@ -211,7 +211,8 @@ def equilibrium_start(
     if not correction.converged:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
-            f"{correction.failure}; {model.advice or 'give another start, or start the span elsewhere'}"
+            f"{correction.failure}; "
+            + (model.advice or "give another start, or start the span elsewhere")
         )
     assert correction.bordered is not None  # it converged
     matrix = correction.bordered.matrix
