@@ -1,10 +1,14 @@
 """Eigenvalues of products whose moduli span more than the precision."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from slipfold.orbits.multipliers import cycle_multipliers, product_eigenvalues
+from slipfold.orbits.linearization import Conditions, Linearization
+from slipfold.orbits.multipliers import CycleMultipliers, cycle_multipliers, product_eigenvalues
+from slipfold.orbits.test_functions import degeneracy
 
 
 def factors_of(blocks, count, seed):
@@ -88,3 +92,36 @@ def test_sweeps_end_where_only_rounding_is_left(monkeypatch):
     found = product_eigenvalues(factors)
     assert len(calls) <= 6 * len(factors)  # a few sweeps, not sixty
     assert np.abs(found) == pytest.approx(np.array([6.0, 0.99, 0.97, 0.16]) ** 8, rel=1e-7, abs=0)
+
+
+def test_a_round_begins_where_perturbations_leave_the_digits():
+    # Of 16 nodes in a plane beside the flow, at the first the eigenvectors are nearly parallel.
+    turns = np.exp(1j * np.arange(1, 17))
+    bases = np.array([[turns.real, -turns.imag], [turns.imag, turns.real]]).transpose(2, 0, 1)
+    bases[:2] = bases[:2] @ [[[1, 1], [0, 1e-4]], [[1, 1], [0, 0.1]]]
+    step = np.diag([1e4 ** (1 / 16), 1])
+    blocks = np.tile(np.eye(3), (16, 1, 1))
+    blocks[:, 1:, 1:] = np.roll(bases, -1, axis=0) @ step @ np.linalg.inv(bases)
+    rates = np.append(np.tile([1.0, 0, 0], 16), [0, 0])
+    conditions = Conditions(np.zeros(1), rates[None])
+    part = Linearization(np.zeros((16, 3)), blocks, np.zeros((16, 3, 2)), conditions)
+
+    first = CycleMultipliers()
+    other = first.better(part)
+    # Rounding moves the smaller eigenvalue by its part of the norm, over the angle between vectors.
+    assert np.linalg.norm(other.matrix(part)) < 0.02 * np.linalg.norm(first.matrix(part))
+    values = np.linalg.eigvals(other.matrix(part))
+    assert sorted(values.real) == pytest.approx([1, 1e4], abs=1e-6, rel=1e-12)
+    assert other.better(part) is None
+    found = degeneracy("LP", other.matrix(part))
+    before, behind, _ = other.propagated(found, part)
+    # A change of any segment changes the function as differences say, wherever the round begins.
+    for j in (0, 1, 9):
+        ends, behind_it, before_it = [], behind[0, j, 1:], before[0, j, 1:]
+        steepest = np.linalg.norm(behind_it) * np.linalg.norm(before_it)
+        for change in (1e-4, -1e-4):
+            changed = blocks.copy()
+            changed[j, 1:, 1:] += change / steepest * np.outer(behind_it, before_it)
+            matrix = other.matrix(replace(part, blocks=changed))
+            ends.append(degeneracy("LP", matrix).value)
+        assert (ends[0] - ends[1]) / 2e-4 == pytest.approx(steepest, rel=1e-2), j

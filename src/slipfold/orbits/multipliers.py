@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
@@ -52,6 +53,9 @@ class PeriodicQr:
     separate: float = 1e-13  # turn of the basis below which subspaces are invariant
     double: float = 1e-5  # distance of two multipliers that may be one: their mean is known better
     large: float = 1e4  # multiplier beside which others lose digits in the product
+    # Ratio of the matrix from a cycle's node to the least from any, above which it begins at
+    # another: three digits are lost
+    larger: float = 1e3
 
 
 QR = PeriodicQr()
@@ -140,7 +144,7 @@ def motion_bases(rates: Array) -> Array:
     return np.asarray(bases)
 
 
-def product(matrices: Array) -> Array:
+def product(matrices: Sequence[Array] | Array) -> Array:
     """Return the product of matrices of which the first acts first."""
     with np.errstate(over="ignore", invalid="ignore"):  # where all numbers are left, no digit is
         return reduce(lambda result, matrix: matrix @ result, matrices)
@@ -222,6 +226,10 @@ class Multipliers:
             return product_eigenvalues(self.factors(part))
         return values
 
+    def better(self, part: Linearization | None) -> Multipliers | None:
+        """Return the same from a matrix with more digits, None if its own has enough."""
+        return None
+
     def growth(self, part: Linearization) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return growth_bound(part.few)
@@ -234,10 +242,34 @@ class Multipliers:
 class CycleMultipliers(Multipliers):
     """The multipliers of a cycle besides that of the flow's own direction, which is one.
 
-    They are those of the monodromy matrix on the quotient of the space by that direction.
+    They are those of the monodromy matrix on the quotient of the space by that direction. With many
+    nodes the round begins at that of number `begin`.
     """
 
     of_product = False
+
+    def __init__(self, begin: int = 0) -> None:
+        self._begin = begin
+
+    def better(self, part: Linearization | None) -> CycleMultipliers | None:
+        """Return the same from another node, if its own matrix is much larger than the least.
+
+        The matrices from all nodes have the same eigenvalues, but rounding moves these by its part
+        of the norm, and that may differ by orders of magnitude. Of the nodes with enough digits
+        that with the largest matrix is taken: there the singular values that Newton's method brings
+        to zero are nearest to determinants, and change the least from one orbit to another.
+        """
+        if part is None or len(part.blocks) <= MANY:
+            return None
+        across = self._across(part)
+        begins = np.linspace(0, len(across), QR.blocks, endpoint=False).astype(int)
+        parts = [product(each) for each in np.split(across, begins[1:])]
+        turns = [product([*parts[i:], *parts[:i]]) for i in range(len(parts))]
+        norms = np.nan_to_num(np.linalg.norm(turns, axis=(1, 2)), nan=np.inf)
+        if not np.linalg.norm(self.matrix(part)) > QR.larger * norms.min():
+            return None
+        enough = norms <= QR.gap * norms.min()
+        return CycleMultipliers(int(begins[np.where(enough, norms, 0.0).argmax()]))
 
     def matrix(self, part: Linearization) -> Array:
         """Return the monodromy matrix on the quotient, shape (n - 1, n - 1).
@@ -251,6 +283,10 @@ class CycleMultipliers(Multipliers):
 
     def factors(self, part: Linearization) -> Array:
         """Return matrices whose product that matrix is, shape (m, n - 1, n - 1)."""
+        return np.roll(self._across(part), -self._begin, axis=0)
+
+    def _across(self, part: Linearization) -> Array:
+        """Return the same from the first node."""
         m, n = part.blocks.shape[:2]
         return without_motion(part.factors, _gauge(part)[: m * n].reshape(m, n))[1]
 
@@ -293,7 +329,10 @@ class CycleMultipliers(Multipliers):
         rates = _gauge(part)[: m * n].reshape(m, n)
         units = rates / np.linalg.norm(rates, axis=1)[:, None]
         beside = motion_bases(rates)[:, :, 1:]
-        forward, backward = found.propagated(self.factors(part))
+        forward, backward = (
+            np.roll(vectors, self._begin, axis=1)
+            for vectors in found.propagated(self.factors(part))
+        )
         before = np.einsum("jab,rjb->rja", beside, forward)
         behind = np.einsum("jab,rjb->rja", np.roll(beside, -1, axis=0), backward)
         late = np.einsum("ja,jab,rjb->rj", np.roll(units, -1, axis=0), part.factors, before)

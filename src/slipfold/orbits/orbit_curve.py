@@ -88,9 +88,9 @@ class OrbitCurve(Curve[OrbitPoint]):
         Shapes: multipliers (n,).
         """
 
-    def described_by(self, by: Discretization) -> Self:
-        """Return the same in terms of another discretization."""
-        return self.with_orbits(self.orbits.described_by(by))
+    def described_by(self, by: Discretization, spectrum: Multipliers | None = None) -> Self:
+        """Return the same in terms of another discretization, or with another spectrum."""
+        return self.with_orbits(self.orbits.described_by(by, spectrum))
 
     def with_orbits(self, orbits: Orbits) -> Self:
         """Return the same condition on other orbits."""
@@ -99,13 +99,14 @@ class OrbitCurve(Curve[OrbitPoint]):
         return other
 
     def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
-        """Return the last points on a mesh that fits the last one, None if its own does."""
+        """Return the last points as described by what fits the last one, None if this does."""
         orbits, last, part = self.orbits, points[-1].z, points[-1].linearization
         blocks = None if part is None else part.blocks
         by = orbits.by.better(orbits.nodes(last), orbits.constants(last), blocks)
-        if by is None:
+        spectrum = orbits.spectrum.better(part) if by is None else None
+        if by is None and spectrum is None:
             return None
-        other, moved = self.described_by(by), list[OrbitPoint]()
+        other, moved = self.described_by(by or orbits.by, spectrum), list[OrbitPoint]()
         for point in [item for item in points[-POINTS:] if item.curve is self][::-1]:
             again = other.converted(point)
             if again is None:
@@ -252,10 +253,10 @@ class Orbits(OrbitCurve):
         """Return the same for orbits of another period."""
         return self.described_by(self.by.with_period(period))
 
-    def described_by(self, by: Discretization) -> Self:
-        """Return the same in terms of another discretization."""
+    def described_by(self, by: Discretization, spectrum: Multipliers | None = None) -> Self:
+        """Return the same in terms of another discretization, or with another spectrum."""
         other = copy(self)
-        other.orbits = other
+        other.orbits, other.spectrum = other, spectrum or self.spectrum
         other._describe_by(by)
         return other
 

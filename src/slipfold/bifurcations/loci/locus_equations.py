@@ -62,7 +62,7 @@ class LocusRules:
     first_step: float = 0.01  # first step from a regular point: a locus may bend there, near a cusp
     aside: float = 1e-2  # distance from a double Hopf point at which the second locus starts
     moved: float = 1e-3  # distance by which Newton may move a point before it is another one
-    resolved: float = 0.1  # fraction of the first step that a second computation may differ by
+    resolved: float = 0.1  # fraction of the first step that is not known to be more than rounding
     parent: float = 4.0  # parents lie within so many distances between the halves of an orbit
     parent_points: int = 16  # points of their locus on either side
     # Rounding times the square of the growth in a period: above it cubic coefficients differ by

@@ -271,11 +271,19 @@ def _emanating_from(
 
 
 def _is_resolved(start: OrbitPoint, after: OrbitPoint) -> bool:
-    """Whether a second computation finds the same change of parameters along the first step."""
+    """Whether the change of parameters along the first step has digits.
+
+    They change with the square of the amplitude: the tangent is twice the slope of the chord. A
+    second computation finds the same change.
+    """
+    step = after.z - start.z
+    change = float(np.linalg.norm(step[-2:]))
+    bent = 0.5 * float(np.linalg.norm(step)) * after.tangent[-2:] - step[-2:]
+    if not np.linalg.norm(bent) < RULES.resolved * change:
+        return False
     again, _ = recomputed(after.curve, after)
     if again is None:
         return False
-    change = float(np.linalg.norm(after.z[-2:] - start.z[-2:]))
     return float(np.linalg.norm(again.z[-2:] - after.z[-2:])) < RULES.resolved * change
 
 
