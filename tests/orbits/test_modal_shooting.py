@@ -15,7 +15,7 @@ from slipfold.flow.modal_answers import ModalAnswers
 from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of
 from slipfold.flow.modal_segments import joined, solve_segments
 from slipfold.orbits.kinds import orbits_at
-from slipfold.orbits.modal_shooting import ModalChoice, ModalShooting, shooting_for
+from slipfold.orbits.modal_shooting import ModalChoice, ModalShooting, segments_for, shooting_for
 from slipfold.orbits.shooting import Shooting
 
 FREE = {"f": 0.1, "F": 1.0, "alpha_M": 0.1, "mu_k": 1.0, "k3": 10.0, "e": 0.1}
@@ -280,3 +280,40 @@ def test_what_couples_modes_is_left_to_the_flow(parts):
     mass = np.eye(3) + 0.1 * np.abs(SKEW)
     assert shooting_for(sf.Structure(mass, **given, f=1e-3)) is ModalShooting
     assert shooting_for(sf.Structure(mass, **{**given, **parts}, f=1e-3)) is Shooting
+
+
+@pytest.mark.parametrize(("sectors", "order", "reduction"), [(4, 1, None), (12, 8, 3)])
+def test_parts_of_a_period_are_images_around_a_cyclic_structure(sectors, order, reduction):
+    """All of an orbit from the sectors' first part, and from all of them by an asymmetric mesh."""
+    law = sf.Regularized(sf.Coulomb(mu_k=0.2), e=0.05)
+    coupled = np.diag([1.0, 0.0]) + 0.35 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    model = sf.Structure(
+        np.diag([1.0, 0.0]), np.diag([0.04, 0.0]), coupled, names="tip next", f=0.22,
+        cyclic=sf.CyclicSymmetry(sectors, order, "tip", "next"),
+        contacts=sf.FrictionContact("tip", law, load=1.0, Vd=0),
+        forcing=sf.HarmonicForce("tip", F=0.4),
+        reduction=reduction and sf.FreeInterface(modes=reduction),
+    )  # fmt: skip
+    constants, count = flow_of(model).constants_of(model), segments_for(model)
+    free = {"f": 0.1, "mu_k": 1.0}
+    few = ModalShooting(model, free, segments=count)
+    orbit = sf.periodic_orbit(model)
+    shot = Shooting(model, free, segments=len(orbit.nodes))
+    nodes = shot.states(orbit.nodes, constants, few.start)
+    few = few.better(nodes, constants) or few
+    edges = few.mesh.copy()
+    edges[1] += 1e-12  # so that no part is the image of another
+    whole = few.on(edges)
+    assert (few.images, whole.images) == (sectors // np.gcd(sectors, order), 1)
+    phases = np.array([0.0, 0.13, 0.5, 0.93])
+    lost = nodes.copy()
+    lost[1] += 1e-10 * few.scales  # as rounding may do
+    for given in (nodes, lost, nodes * (1 + 0.1 * np.arange(count)[:, None])):
+        assert_same(few.transitions(given, constants), whole.transitions(given, constants), 2e-9)
+        assert_same([few.mismatch(given, constants)], [whole.mismatch(given, constants)], 1e-11)
+    assert_same(
+        [few.states(nodes, constants, phases)], [whole.states(nodes, constants, phases)], 1e-11
+    )
+    assert_same(few.stage_states(nodes, constants), whole.stage_states(nodes, constants), 1e-8)
+    densities = few.better(nodes, constants), whole.better(nodes, constants)
+    assert densities == (None, None)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 
 import heyoka as hy
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.compiled_code import Evaluated, shared_by_kind
 from slipfold.flow.equations import Constants, Equations, model_symbols
@@ -16,6 +17,17 @@ from slipfold.flow.modal_answers import ModalAnswers, Some
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.model import Model
+
+
+@dataclass(frozen=True)
+class ModalRounding:
+    """What is rounding of modes and meshes."""
+
+    grid: float = 2.0**-50  # difference of lengths of intervals, in forcing periods
+    same: float = 1e-9  # of rows of modes that a symmetry maps onto each other, over the largest
+
+
+MODAL = ModalRounding()
 
 
 class ModalEquations:
@@ -32,6 +44,7 @@ class ModalEquations:
         self.squares, self.shapes, self.into = form.squares, form.shapes, form.into
         self.rows, self.inputs, self.moved = form.rows, form.inputs[:, order], sum(live)
         self.motions, self.forces = len(form.motions), len(form.forces)
+        self.symmetry = form.symmetry
         names = list(symbols.coefficients)
         self._dampings = [
             (None if name is None else names.index(name), part) for name, part in form.dampings
@@ -70,6 +83,15 @@ class ModalEquations:
             if at is not None:
                 result += part[:, None] * along[at]
         return result
+
+    def order(self, turn: Array) -> tuple[Indices, Indices] | None:
+        """Return which motion each becomes by a symmetry, and from which force each comes.
+
+        None where it maps them onto no others. Shapes: turn (r, r); returns (n_y,), (n_f,).
+        """
+        motions = _places(self.rows @ np.kron(np.eye(2), turn), self.rows)
+        forces = _places((turn @ self.inputs).T, self.inputs.T)
+        return None if motions is None or forces is None else (motions, np.argsort(forces))
 
     # -- forces at the points of intervals: motions (m, s, n_y), phases (m, s) -------------------
 
@@ -125,6 +147,15 @@ class ModalEquations:
         return np.vstack([along, np.zeros((1, along.shape[1]))])
 
 
+def _places(rows: Array, among: Array) -> Indices | None:
+    """Return where each of some rows stands among the same in another order, None if not there."""
+    apart = np.abs(rows[:, None] - among).max(axis=2, initial=0.0)
+    nearest = apart.argmin(axis=1) if len(rows) else np.zeros(0, np.int64)
+    missed = apart[np.arange(len(rows)), nearest].max(initial=0.0)
+    same = missed <= MODAL.same * np.abs(among).max(initial=0.0)
+    return nearest if same and len(set(nearest.tolist())) == len(rows) else None
+
+
 @shared_by_kind
 def modal_equations_of(model: Model) -> ModalEquations | None:
     """Return a model's equations as modes; None where it offers no such form."""
@@ -143,9 +174,6 @@ class ForcedIntervals:
     Shapes: start, lengths (m,), in forcing periods.
     """
 
-    GRID = 2.0**-50
-    """Difference of lengths, in forcing periods, that is rounding of edges."""
-
     def __init__(
         self,
         equations: ModalEquations,
@@ -159,7 +187,7 @@ class ForcedIntervals:
         self.start, self.lengths = start, lengths
         self.phases = start[:, None] + lengths[:, None] * points.points
         self.dampings = dampings
-        _, self._which = np.unique(np.rint(lengths / self.GRID), return_inverse=True)
+        _, self._which = np.unique(np.rint(lengths / MODAL.grid), return_inverse=True)
         different = np.bincount(self._which, lengths) / np.bincount(self._which)
         self._answers = ModalAnswers(points, different * period, equations.squares, dampings)
         qq, qp, pq, pp = (part[self._which, :, -1] for part in self._answers.transitions)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from typing import Self
 
@@ -42,9 +43,12 @@ class ModalMesh:
     error: float = 1e-8  # of what forces do to scaled states
     slopes: float = 1e-6  # of what their slopes do, over their sum: they make multipliers
     near: float = 1e-8  # distance in modal states of an orbit that needs the same mesh
+    alike: float = 1e-9  # of scaled states from a symmetry that they have: what is left is linear
+    grid: float = 1e-13  # difference of lengths of intervals that are images
     slack: float = 10.0  # errors up to which a mesh serves
     spare: float = 1.15  # intervals over those that the error needs
     wasteful: float = 2.0  # the same, from which a mesh is made coarser
+    parts: int = 12  # segments of a period of many images: beyond, equations of nodes are sparse
     most: int = 40  # intervals a segment; beyond, errors are what they are
     finer: float = 1.3  # intervals of a second mesh over those of the first
     attempts: int = 4  # meshes until one fits an orbit: each finds what the last was too coarse for
@@ -62,6 +66,9 @@ class ModalShooting(MeshDiscretization, Shooting):
     Each segment has as many intervals. In an interval the forces of contacts and springs meet the
     motions at Gauss points, where modes answer the polynomials in closed form: fast modes need no
     short intervals, and the operations grow with modes and contacts, not with the states' square.
+
+    Of a wave that travels around a cyclic structure the first part of a period is solved: the other
+    `images` are the same but for a matrix.
 
     `mesh`, shape (m L + 1,), has the edges of all intervals of the period.
     """
@@ -85,8 +92,23 @@ class ModalShooting(MeshDiscretization, Shooting):
             each = _repeating(MESH.first, segments, mesh_copies(model, period))
             mesh = np.linspace(0.0, period, each * segments + 1)
         self._mesh = mesh
+        self.images = self._images(period, segments)
         super().__init__(model, free, period, edges=mesh[:: (len(mesh) - 1) // segments])
         self._intervals: ForcedIntervals | None = None
+
+    def _images(self, period: int, segments: int) -> int:
+        """Return the number of parts of a period that are images of the first."""
+        symmetry = self.equations.symmetry
+        count = 1 if symmetry is None or period > 1 else math.gcd(symmetry[0], segments)
+        lengths = np.diff(self._mesh).reshape(count, -1)
+        alike = count > 1 and np.ptp(lengths, axis=0).max() < MESH.grid
+        return count if alike and self.equations.order(self._turn(count)) else 1
+
+    def _turn(self, count: int) -> Array:
+        """Return what happens to modes in a part of a period, shape (r, r)."""
+        assert self.equations.symmetry is not None
+        several, turn = self.equations.symmetry
+        return np.linalg.matrix_power(turn, several // count)
 
     @classmethod
     def fitted(
@@ -113,11 +135,17 @@ class ModalShooting(MeshDiscretization, Shooting):
         """Take scales of the states, shape (n,)."""
         super().measure_in(scales)
         self._latest: ModalSegments | None = None  # of other free parameters, perhaps
+        self._part: Self | None = None
         both = np.eye(2)
         # Modal states from scaled ones, and back, shape (n, n)
         self._into = np.kron(both, self.equations.into) * scales
         self._out = np.kron(both, self.equations.shapes) / scales[:, None]
         self._sizes = np.abs(self.equations.rows @ self._into).max(axis=1)
+
+    @property
+    def copies(self) -> int:
+        """Number of times that the mesh repeats itself in the period."""
+        return super().copies * self.images
 
     def on(self, edges: Array) -> Self:
         """Return the same on another mesh over the whole period. Shapes: edges (m L + 1,)."""
@@ -127,7 +155,7 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     def with_period(self, period: int) -> Self:
         """Return the same for orbits of another period: the mesh is repeated, or a part taken."""
-        copies, count = self.copies, len(self._mesh) - 1
+        copies, count = super().copies, len(self._mesh) - 1
         wanted = mesh_copies(self.model, period)
         segments, rest = divmod(self.segments * period, self.period)
         edges, each = None, count * wanted // copies
@@ -187,6 +215,8 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
+        if self._first_of(nodes) is not None:
+            return self.transitions(nodes, constants)[0]
         solved = self._solved(nodes, constants)
         return np.full(nodes.shape, np.nan) if solved is None else self._missed(solved, nodes)
 
@@ -195,14 +225,47 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
-        solved, (m, n) = self._solved(nodes, constants), nodes.shape
+        first = self._first_of(nodes)
+        by, (m, n) = self if first is None else first[0], nodes.shape
+        solved = by._solved(nodes[: by.segments], constants)
         if solved is None:
             nothing = np.full((m, n, n + len(self.units)), np.nan)
             return nothing[..., 0], nothing[..., :n], nothing[..., n:]
-        mismatch = self._missed(solved, nodes)
         blocks = self._out @ solved.moved[0][-1] @ self._into
-        along = self._out @ solved.along[0][-1]
-        return mismatch, blocks, along * (self.units / np.sqrt(self.segments))
+        along = self._out @ solved.along[0][-1] * (self.units / np.sqrt(self.segments))
+        if first is None:
+            return self._missed(solved, nodes), blocks, along
+        turns, apart = first[1][:, None], first[2]
+        backward = turns[-np.arange(len(turns)) % len(turns)]
+        blocks = (turns @ blocks @ backward).reshape(m, n, n)
+        ends = _applied(turns, solved.ends @ self._out.T).reshape(m, n)
+        ends += _applied(blocks, apart)
+        mismatch = ends - (nodes / self.scales)[self._following]
+        return mismatch, blocks, (turns @ along).reshape(m, n, -1)
+
+    # -- symmetry ------------------------------------------------------------------------------
+
+    def _first_of(self, nodes: Array) -> tuple[Self, Array, Array] | None:
+        """Return the first of parts that are images, what makes them, and what nodes lack of it.
+
+        None of orbits without the symmetry, as beyond where they lose it. Shapes: nodes (m, n);
+        returns turns (images, n, n) and lack (m, n), of scaled states.
+        """
+        if self.images == 1:
+            return None
+        if self._part is None:
+            part, each = copy(self), (len(self._mesh) - 1) // self.segments
+            part.images, part._intervals = 1, None
+            part._mesh = self._mesh[: (len(self._mesh) - 1) // self.images + 1]
+            part._cut(part._mesh[::each])
+            turn = np.kron(np.eye(2), self._turn(self.images))
+            powers = [np.linalg.matrix_power(turn, k) for k in range(self.images)]
+            self._part, self._turns = part, self._out @ np.array(powers) @ self._into
+        scaled = (nodes / self.scales).reshape(self.images, -1, nodes.shape[1])
+        apart = scaled - _applied(self._turns[:, None], scaled[:1])
+        if np.abs(apart).max() > MESH.alike * max(1.0, np.abs(scaled).max()):
+            return None
+        return self._part, self._turns, apart.reshape(nodes.shape)
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
@@ -269,6 +332,11 @@ class ModalShooting(MeshDiscretization, Shooting):
         """Return the states at any phases, shape (q, n), if need be by the flow."""
         if np.array_equal(phases, self.start):
             return nodes
+        if (first := self._first_of(nodes)) is not None:
+            by, turns, _ = first
+            which, own = np.divmod((phases - self.phase) % self.period, by.end[-1])
+            known = by.states(nodes[: by.segments], constants, own) / self.scales
+            return _applied(turns[which.astype(np.intp) % len(turns)], known) * self.scales
         solved = self._solved(nodes, constants)
         part = None if solved is None else self._ended(solved, constants, phases)[2]
         if part is None:
@@ -277,6 +345,12 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
         """Return the states at the mesh points, and their phases."""
+        if (first := self._first_of(nodes)) is not None:
+            found = first[0].stage_states(nodes[: first[0].segments], constants)
+            if found is None:
+                return None
+            turned = _applied(first[1][:, None], found[0] / self.scales) * self.scales
+            return turned.reshape(-1, nodes.shape[1]), self._mesh[:-1]
         solved = self._solved(nodes, constants)
         if solved is None:
             return None
@@ -300,7 +374,9 @@ class ModalShooting(MeshDiscretization, Shooting):
         self, nodes: Array, constants: Constants, blocks: Array | None = None
     ) -> Self | None:
         """Return the same on a mesh that fits an orbit better, None if its own serves."""
-        solved = self._solved(nodes, constants, MESH.near)
+        first = self._first_of(nodes)
+        by = self if first is None else first[0]
+        solved = by._solved(nodes[: by.segments], constants, MESH.near)
         if solved is None:
             return None
         order, lengths = MESH.stages + 1, np.diff(self._mesh)
@@ -308,7 +384,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         for rates, error in self._resolved(solved):
             if not rates.size:  # a linear model
                 continue
-            found = steepness(self._mesh, in_time(rates, self.segments), self.points)
+            found = steepness(self._mesh, rates, self.points)
             density = np.maximum(density, found * (self.points.error / error) ** (1 / order))
         errors, turning = (density * lengths) ** order, self._turning(constants)
         pattern, density = self.pattern(density)
@@ -330,17 +406,37 @@ class ModalShooting(MeshDiscretization, Shooting):
         return float(np.sqrt(lasting.max(initial=0.0))) * constants.period / MESH.turn
 
     def _resolved(self, solved: ModalSegments) -> list[tuple[Array, float]]:
-        """Return what meshes resolve, rates of scaled states (m, s, ...), and to what error.
+        """Return what meshes resolve, rates of scaled states (M, s, ...), and to what error.
 
         Forces make the orbit. Their slopes, which are steeper, make multipliers.
         """
-        r, (m, s) = len(self.equations.squares), solved.forces.shape[:2]
-        pushed = self._out[:, r:] @ self.equations.inputs * solved.constants.period
-        pushed = np.abs(pushed).max(axis=0)
-        slopes = solved.sweep.slopes.reshape(m, s, -1)
-        sizes = np.abs(slopes).mean(axis=1).T @ solved.intervals.lengths
+        r, moved, period = (
+            len(self.equations.squares),
+            self.equations.moved,
+            solved.constants.period,
+        )
+        pushed = np.abs(self._out[:, r:] @ self.equations.inputs * period).max(axis=0)
+        q = len(solved.nodes[0])
+        forces, slopes = (in_time(part, q) for part in (solved.forces, solved.sweep.slopes))
+        if q < self.segments:  # the others are images of these
+            order = self.equations.order(self._turn(self.images))
+            assert order is not None
+            motions, sources = (np.arange(len(part)) for part in order)
+            parts = []
+            for _ in range(self.images):
+                live = sources[:moved]
+                parts.append((forces[..., sources], slopes[..., live[:, None], motions]))
+                motions, sources = order[0][motions], order[1][sources]
+            forces, slopes = map(np.concatenate, zip(*parts, strict=True))
+        slopes = slopes.reshape(*slopes.shape[:2], -1)
+        sizes = np.abs(slopes).mean(axis=1).T @ np.diff(self._mesh)
         slopes = slopes / np.where(sizes > 0, sizes, 1.0)
-        return [(solved.forces * pushed, MESH.error), (slopes, MESH.slopes)]
+        return [(forces * pushed, MESH.error), (slopes, MESH.slopes)]
+
+
+def _applied(matrices: Array, states: Array) -> Array:
+    """Return products of matrices and states. Shapes: (..., n, n), (..., n)."""
+    return np.asarray((matrices @ states[..., None])[..., 0])
 
 
 def _repeating(each: int, segments: int, copies: int) -> int:
@@ -360,6 +456,16 @@ class ModalChoice:
 
 
 CHOICE = ModalChoice()
+
+
+def segments_for(model: Model) -> int:
+    """Return into how many segments orbits are cut, so that they may be images."""
+    equations = modal_equations_of(model)
+    if equations is None or equations.symmetry is None:
+        return SEGMENTS
+    count = max(k for k in range(1, MESH.parts + 1) if equations.symmetry[0] % k == 0)
+    several = count * -(-SEGMENTS // count)
+    return several if several <= MESH.parts else count
 
 
 def shooting_for(model: Model) -> Cut:

@@ -28,7 +28,7 @@ from slipfold.orbits.first_orbits import find_response
 from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.meshes import INTERVALS
-from slipfold.orbits.modal_shooting import ModalShooting, shooting_for
+from slipfold.orbits.modal_shooting import ModalShooting, segments_for, shooting_for
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -282,7 +282,7 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
     """
     chosen = settings.discretization
     if chosen == "automatic" and shooting_for(model) is ModalShooting:
-        return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, ModalShooting)
+        return ForcedOrbits(model, {vary: width}, 1, segments_for(model), ModalShooting)
     state, constants = model.start[None], flow_of(model).constants_of(model)
     jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
     scheme = scheme_for(jacobian[None])

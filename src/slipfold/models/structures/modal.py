@@ -34,7 +34,8 @@ def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalFor
     forces = _Forces(assembly, shapes, into)
     for item in assembly.placed:
         forces.add(item, c, phase)
-    return ModalForm(squares, tuple(dampings), shapes, into, *forces.found())
+    symmetry = _symmetry(assembly, shapes, into)
+    return ModalForm(squares, tuple(dampings), shapes, into, *forces.found(), symmetry)
 
 
 def _modes(assembly: Assembly) -> tuple[Array, Array, Array]:
@@ -45,6 +46,26 @@ def _modes(assembly: Assembly) -> tuple[Array, Array, Array]:
     squares, shapes = lowest_modes(stiffness, mass)
     moved = shapes.T @ mass
     return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
+
+
+def _symmetry(assembly: Assembly, shapes: Array, into: Array) -> tuple[int, Array] | None:
+    """Return how modes of a cyclic structure follow each other in a part of a period.
+
+    Sector j does what the one before did, later by k/N periods. None where a reduction has kept
+    one wave of a pair.
+    """
+    cyclic, basis, mass = assembly.given.cyclic, assembly.basis, assembly.definition.M
+    if cyclic is None or cyclic.repeating == 1:
+        return None
+    count = cyclic.repeating
+    lag = cyclic.engine_order * count // cyclic.sectors % count
+    ahead = pow(lag, -1, count)  # sectors after which the motion is that of a part later
+    sectors = basis.reshape(count, -1, basis.shape[1])
+    turned = np.roll(sectors, ahead, axis=0).reshape(basis.shape)
+    found = np.linalg.solve(assembly.mass, basis.T @ np.asarray(mass.array() @ turned))
+    if np.abs(basis @ found - turned).max() > MATRICES.coupled * np.abs(basis).max():
+        return None
+    return count, into @ found @ shapes
 
 
 def _modal_damping(
