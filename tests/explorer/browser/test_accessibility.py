@@ -3,6 +3,9 @@
 import pytest
 from playwright.sync_api import expect
 
+import slipfold as sf
+from slipfold.interface.explorer.curves import study_view
+
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="there is no axe-core")
 
 STOPS = """
@@ -12,27 +15,75 @@ STOPS = """
 """
 
 
+STUDY = {
+    "model": "duffing",
+    "compute": {"what": "simulation", "periods": 1},
+    "cases": {"grid": {"W": [1.3, 1.4], "F": [0.2, 0.25]}},
+}
+
+MEASURED = "W [rad/s],max q,sweep\n1.2,0.9,up\n1.4,0.7,down\n"
+
+
 def violations(page, where=None):
-    found = axe.Axe().run(page, where).response["violations"]
-    return [(item["id"], [node["html"][:120] for node in item["nodes"]]) for item in found]
+    """What axe-core finds in both themes: the rule and the elements."""
+    found = []
+    for theme in ("dark", "light"):
+        page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+        for item in axe.Axe().run(page, where).response["violations"]:
+            found.append((theme, item["id"], [node["html"][:120] for node in item["nodes"]]))
+    return found
 
 
 def test_no_panel_has_a_violation_in_either_theme(new_tab):
-    page = new_tab.open("model=duffing&plane=W~1.3~1.5~F~0.2~0.3", plane=True).page
+    page = new_tab.page
+    told = study_view(sf.study(STUDY), "duffing")
+    page.route("**/api/study", lambda route: route.fulfill(json=told))
     page.set_viewport_size({"width": 1366, "height": 768})
-    assert violations(page) == []
-    page.get_by_role("button", name="Pin this curve").click()
-    new_tab.box("d").fill("1,5")
-    page.get_by_role("button", name="From rest", exact=True).click()
-    page.get_by_role("button", name="Compute the basins").click()
+    new_tab.open("model=duffing&plane=W~1.3~1.5~F~0.2~0.3", plane=True)
+
+    def press(name):
+        page.get_by_role("button", name=name, exact=True).click()
+
+    press("Pin this curve")
+    press("From rest")
+    press("Compute the basins")
+    press("Torus or chaos?")
+    press("What do motions do?")
+    file = {"name": "rig.csv", "mimeType": "text/csv", "buffer": MEASURED.encode()}
+    page.get_by_label("File of measurements").set_input_files(file)
     page.wait_for_selector(".basins-plot[data-points]")
+    page.wait_for_selector(".file-name")
+    expect(page.locator("#exponents strong")).to_be_visible()
+    press("Sweep up and down")
+    page.wait_for_selector(".sweep-control[data-state=running]")
+    new_tab.box("d").fill("1,5")
     page.get_by_label("Export the diagram").first.click()
-    for theme in ("dark", "light"):
-        page.emulate_media(color_scheme=theme)
-        assert violations(page) == []
+    assert violations(page) == []
     page.get_by_text("Copy as Python").first.click()
     expect(page.locator("dialog[open]")).to_be_visible()
     assert violations(page, "dialog[open]") == []
+    page.keyboard.press("Escape")
+    page.keyboard.press("p")
+    assert violations(page) == []
+    page.keyboard.press("Escape")
+
+
+def test_neither_the_editor_nor_friction_nor_the_tour_has_a_violation(new_tab):
+    page = new_tab.open("model=sliding&span=0~0.1&p.Nd=0.02").page
+    page.get_by_role("button", name="From rest", exact=True).click()
+    page.get_by_role("button", name="Edit the model").click()
+    text = page.get_by_label("The model as TOML")
+    expect(text).not_to_be_empty()
+    text.fill("nothing = 1")
+    page.get_by_role("button", name="Apply").click()
+    expect(page.locator("#editor .fault")).to_be_visible()
+    page.wait_for_selector(".contacts[data-drawn]")
+    assert violations(page) == []
+    page.get_by_role("button", name="Equations").click()
+    assert violations(page, "#editor") == []
+    page.get_by_role("button", name="Tour").click()
+    assert violations(page, ".tour") == []
+    new_tab.faults.clear()  # browsers note a refused request
 
 
 def test_the_tabulator_stops_at_each_parameter_and_each_toolbar_once(explorer):

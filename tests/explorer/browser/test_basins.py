@@ -35,7 +35,7 @@ def test_the_picture_becomes_finer_and_a_click_lets_a_motion_go(explorer):
     assert abs(sum(found) - 100) < 0.2
     plot.click(position={"x": 200, "y": 100})
     verdict = page.locator("#simulation .verdict")
-    expect(verdict).to_have_text(re.compile("^settled on a response of 1"))
+    expect(verdict).to_have_text(re.compile("^Settled on a response of 1"))
     # What is of other values is neither shown nor computed.
     explorer.type("F", 0.19)
     expect(plot).to_be_hidden()

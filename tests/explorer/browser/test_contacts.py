@@ -45,7 +45,7 @@ def test_the_tip_stands_still_on_the_plate_while_it_sticks(explorer):
     explorer.open("model=sliding&p.Nd=0.9")
     explorer.type("Vd", 0.02)  # of such a slow plate the diagram takes long; nothing waits for it
     verdict = let_go(explorer)
-    assert "settled on a response of 1 forcing period" in verdict.lower()
+    assert "Settled on a response of 1 forcing period" in verdict
     assert "tip sticks once, 34.9\u202f% of the time" in verdict
     page = explorer.page
     assert moment(explorer, 0.05) == ["stick"]

@@ -181,17 +181,17 @@ def test_a_presentation_has_large_type_and_no_controls(still):
     size = "(selector) => document.querySelector(selector).layout.font.size"
     page.evaluate("document.activeElement.blur()")  # of a box it would be a letter
     page.keyboard.press("p")
-    for hidden in (".masthead", "#diagram .tools", "#diagram .sentence", "#simulation"):
+    for hidden in (".masthead .tools", "#diagram .tools", "#diagram .sentence", "#simulation"):
         expect(page.locator(hidden)).to_be_hidden()
     for shown in (DIAGRAM, "#orbit .stage", "#parameter-Nd-slider"):
         expect(page.locator(shown)).to_be_visible()
     page.wait_for_function(f"(selector) => ({size})(selector) > 19", arg=f"{DIAGRAM} .plot-canvas")
     still.box("Nd").press("p")
-    expect(page.locator(".masthead")).to_be_hidden()
+    expect(page.locator(".masthead .tools")).to_be_hidden()
     still.box("Nd").press("Escape")  # it restores the box first
-    expect(page.locator(".masthead")).to_be_hidden()
+    expect(page.locator(".masthead .tools")).to_be_hidden()
     still.box("Nd").press("Escape")
-    expect(page.locator(".masthead")).to_be_visible()
+    expect(page.locator(".masthead .tools")).to_be_visible()
     expect(page.get_by_role("button", name="Present")).to_be_focused()
 
 

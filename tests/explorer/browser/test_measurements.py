@@ -77,5 +77,5 @@ def test_measurements_leave_with_the_diagram(explorer, take):
     explorer.page.get_by_role("button", name="Close").click()
     explorer.page.get_by_label("Export the diagram").first.click()
     with explorer.page.expect_download() as waiting:
-        menu.get_by_text("SVG", exact=True).click()
+        menu.get_by_text("Picture, SVG").click()
     assert "measured, upward" in waiting.value.path().read_text()

@@ -80,7 +80,7 @@ def leave(page, panel):
         page.get_by_label(f"Export the {panel}").first.click()
         menu.get_by_text(item, exact=True).click()
 
-    for item in ("PNG", "SVG", "CSV", "netCDF"):
+    for item in ("Picture, PNG", "Picture, SVG", "CSV", "netCDF"):
         with page.expect_download() as waiting:
             choose(item)
         assert waiting.value.path().stat().st_size > 100

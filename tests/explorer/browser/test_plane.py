@@ -134,7 +134,7 @@ def test_loci_are_drawn_before_regions_and_explained(watched):
     assert "heatmap" in drawn(explorer)
     page.get_by_label("Export the plane").first.click()
     with page.expect_download() as waiting:
-        page.locator("#plane .menu").get_by_text("SVG", exact=True).click()
+        page.locator("#plane .menu").get_by_text("Picture, SVG").click()
     saved = waiting.value.path().read_text()
     assert [key for key in shown.all_inner_texts() if key not in saved] == []
 

@@ -28,7 +28,7 @@ def test_regimes_are_drawn_and_told_under_the_pointer(explorer):
     told = pointed(explorer, 0.5, 0.1)
     expect(told).to_contain_text("motion from the start: period 1")
     expect(told).to_contain_text("Ω = 1.4")
-    page.get_by_role("button", name="Take away").click()
+    page.get_by_role("button", name="Remove", exact=True).click()
     expect(regimes).to_have_attribute("data-cells", "")
     expect(pointed(explorer, 0.5, 0.2)).not_to_contain_text("motion from")
     page.get_by_role("button", name="What do motions do?").click()

@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 
 from helpers.explorer_page import DIAGRAM
 
-SETTLED = re.compile("^(settled|Settled)")
+SETTLED = re.compile("^Settled")
 
 LONG_TASKS = """
 () => {

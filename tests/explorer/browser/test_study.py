@@ -100,9 +100,9 @@ def test_the_map_and_its_table_are_saved(explorer, study, tmp_path):
     for one, other in zip(ours[1:], theirs[1:], strict=True):
         assert [float(cell) for cell in one[:4]] == [float(cell) for cell in other[:4]]
         assert one[4:] == other[4:]
-    assert saved("PNG").startswith(b"\x89PNG")
-    picture = saved("SVG").decode()
+    assert saved("Picture, PNG").startswith(b"\x89PNG")
+    picture = saved("Picture, SVG").decode()
     assert "threshold (N)" in picture
     assert "threshold over Vd, mu, 6 cases" in picture
     items = page.locator("#study .menu [role=menuitem]")
-    assert items.all_text_contents() == ["PNG", "SVG", "CSV"]
+    assert items.all_text_contents() == ["Picture, PNG", "Picture, SVG", "CSV"]

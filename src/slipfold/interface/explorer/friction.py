@@ -81,12 +81,13 @@ def _of_structure(model: Structure) -> list[LawInPlace]:
     return result
 
 
-def _choices(model: Model) -> list[str]:
-    """Return the laws that contacts of a model may have: those that need no other law."""
-    laws = {
-        name: law for name, law in friction_laws().items() if name not in ("Regularized", "Iwan")
+def _choices(model: Model) -> dict[str, str]:
+    """Return titles of the laws that contacts of a model may have: those that need no other law."""
+    return {
+        name: law.title
+        for name, law in friction_laws().items()
+        if name not in ("Regularized", "Iwan") and (law.sticks or not isinstance(model, System))
     }
-    return [name for name, law in laws.items() if law.sticks or not isinstance(model, System)]
 
 
 def send_friction(model: Model, request: FrictionRequest, send: Emit, check: Check) -> None:

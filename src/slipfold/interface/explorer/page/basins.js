@@ -1,7 +1,7 @@
 /** Basins of attraction: plot and panel. */
 
 import { escaped } from "./diagram_data.js";
-import { Choice, element } from "./dom.js";
+import { Choice, button, element } from "./dom.js";
 import { CONFIG, layout, mapping } from "./plot_tools.js";
 import { axisTitle, display } from "./quantities.js";
 import { colors, themeChanged } from "./theme.js";
@@ -123,9 +123,7 @@ export class BasinsPanel {
 
   constructor(session, simulation) {
     this.#session = session;
-    const button = (text, click, kind = "") =>
-      element("button", { type: "button", class: kind, on: { click } }, text);
-    this.#stop = button("Stop computing", () => this.#halt(), "quiet");
+    this.#stop = button("Stop computing", () => this.#halt(), { class: "quiet" });
     this.#choices = ["x", "y"].map((axis, i) =>
       new Choice(["over", "and"][i], (name) => this.#turn({ [axis]: name })));
     this.#plot = new BasinsPlot((x, y) =>

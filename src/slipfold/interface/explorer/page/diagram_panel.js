@@ -1,7 +1,7 @@
 /** What stands around the diagram: its controls, pinned curves, special points, checks. */
 
 import { MARKERS, placeOfSpecial } from "./diagram_data.js";
-import { Choice, element, icon, roving, svg } from "./dom.js";
+import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
 import {
@@ -30,9 +30,7 @@ export class DiagramControls {
   #from = this.#bound(0, "from");
   #to = this.#bound(1, "to");
   #unit = element("span", { class: "unit" });
-  #whole = element("button", {
-    type: "button", class: "small-button whole absent", on: { click: () => this.#commit({ zoom: null }) },
-  }, "Whole diagram");
+  #whole = button("Whole diagram", () => this.#commit({ zoom: null }), { class: "small-button whole absent" });
 
   constructor(session) {
     this.#session = session;
@@ -93,12 +91,11 @@ function option(quantity) {
   return { value: quantity.name, text: quantity.label ?? quantity.name, title: quantity.doc };
 }
 
-const CROSS = "M4 4l8 8M12 4l-8 8";
 const MOST = 12;
 
 export class Pins {
   /** The button to put on the page. */
-  node = element("button", { type: "button", class: "small-button", on: { click: () => this.pin() } }, "Pin this curve");
+  node = button("Pin this curve", () => this.pin(), { class: "small-button" });
   /** What each curve is. */
   legend = element("ul", { class: "pins", "aria-label": "Curves" });
   #session;
@@ -131,10 +128,7 @@ export class Pins {
   #show(pins) {
     const items = pins.map((pin, i) => element("li", { class: `pin pin-${(i % 6) + 1}` },
       element("span", { class: "swatch", "aria-hidden": "true" }), this.#name(pin),
-      element("button", {
-        type: "button", class: "quiet close", "aria-label": `Remove ${pin.name}`,
-        on: { click: () => this.#session.store.commit(withoutPin(this.#session.view, pin.id)) },
-      }, icon(CROSS))));
+      closeButton(`Remove ${pin.name}`, () => this.#session.store.commit(withoutPin(this.#session.view, pin.id)))));
     const live = element("li", { class: "pin live" },
       element("span", { class: "swatch", "aria-hidden": "true" }), "live");
     this.legend.replaceChildren(...(pins.length ? [live, ...items] : []));
@@ -224,11 +218,10 @@ export class SpecialPoints {
     }));
     const isBare = ({ value }) => value > low && value < high && !branches.some((branch) =>
       value >= Math.min(...branch.x) && value <= Math.max(...branch.x));
-    return starts.filter(isBare).map((start) => element("button", {
-      type: "button", class: "small-button",
-      title: "Integrates a motion there until it is steady, and follows its branch",
-      on: { click: () => this.#session.store.commit(withStart(this.#session.view, start)) },
-    }, `Follow what motions settle on at ${withUnit(x, start.value)}`));
+    return starts.filter(isBare).map((start) => button(
+      `Follow what motions settle on at ${withUnit(x, start.value)}`,
+      () => this.#session.store.commit(withStart(this.#session.view, start)),
+      { class: "small-button", title: "Integrates a motion there until it is steady, and follows its branch" }));
   }
 
   #items = [];

@@ -5,7 +5,7 @@ import {
 } from "./diagram_data.js";
 import { element } from "./dom.js";
 import {
-  CONFIG, covers, fits, labelPlaces, layout, mapping, padded, roundStep, stepped,
+  CONFIG, covers, fits, labelPlaces, layout, mapping, padded, roundStep, stepped, withLegend,
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
@@ -92,12 +92,14 @@ export class DiagramPlot {
     const color = (name) => LIGHT[name] ?? "#000000";
     const traces = [...this.#traces(diagram, color), ...motionTraces(this.#simulated, this.#sweep.runs, factors(diagram), color)];
     for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
-    const sheet = structuredClone(this.#canvas.layout);
+    const isExplained = names.length > 0 || this.#measured(diagram) !== null;
+    const sheet = withLegend(structuredClone(this.#canvas.layout),
+      isExplained ? traces.filter(({ showlegend }) => showlegend).map(({ name }) => name) : []);
     const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
     return {
       data: traces,
       layout: {
-        ...sheet, showlegend: names.length > 0 || this.#measured(diagram) !== null, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
+        ...sheet, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
         font: { ...sheet.font, color: LIGHT.ink },
         xaxis: { ...sheet.xaxis, ...axes }, yaxis: { ...sheet.yaxis, ...axes },
       },

@@ -33,6 +33,16 @@ export function icon(path) {
     svg("path", { d: path }));
 }
 
+/** A button with words on it. */
+export function button(text, click, attributes = {}) {
+  return element("button", { type: "button", ...attributes, on: { click } }, text);
+}
+
+/** The small cross that closes or removes something. */
+export function closeButton(name, click) {
+  return button(icon("M4 4l8 8M12 4l-8 8"), click, { class: "quiet close", "aria-label": name });
+}
+
 function filled(node, { on = {}, ...attributes }, children) {
   set(node, attributes);
   for (const [event, listener] of Object.entries(on)) node.addEventListener(event, listener);

@@ -1,6 +1,6 @@
 /** What a simulation settled on, followed as a branch of the diagram. */
 
-import { element } from "./dom.js";
+import { button } from "./dom.js";
 import { withStart } from "./view.js";
 
 export class FollowMotion {
@@ -12,10 +12,9 @@ export class FollowMotion {
   constructor(session, simulation) {
     this.#session = session;
     this.#simulation = simulation;
-    this.node = element("button", {
-      type: "button", hidden: true, title: "Adds the branch of this motion to the diagram",
-      on: { click: () => this.#follow() },
-    }, "Follow this motion");
+    this.node = button("Follow this motion", () => this.#follow(), {
+      hidden: true, title: "Adds the branch of this motion to the diagram",
+    });
     simulation.changed.subscribe(({ isRunning, settled, last }) => {
       this.node.hidden = isRunning || !settled || last === null;
     });

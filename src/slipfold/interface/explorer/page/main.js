@@ -74,6 +74,7 @@ function build(models, study, { view: given, sentence }) {
   const friction = new FrictionPanel(session, page);
   const menus = {
     diagram: new ExportMenu("diagram", {
+      isCommand: true,
       request: () => session.diagram && diagramRequest(session.view),
       picture: (format) => plotted(diagram, format),
       pins: () => session.view.pins.map(({ name, parameters }) =>
@@ -81,6 +82,7 @@ function build(models, study, { view: given, sentence }) {
       measurements: () => (measurements.of(session.view) ? measurements.file.name : null),
     }, page),
     plane: new ExportMenu("plane", {
+      isCommand: true,
       request: () => session.view.plane && planeRequest(session.view),
       picture: (format) => plotted(plane, format),
     }, page),
@@ -89,6 +91,7 @@ function build(models, study, { view: given, sentence }) {
       picture: (format) => drawn(orbits.title.textContent, orbits.figures, format),
     }, page),
     simulation: new ExportMenu("simulation", {
+      isCommand: true,
       request: () => (simulation.state.ends.length > 0 ? simulation.request : null),
       picture: (format) => drawn(simulation.title, simulations.figures, format),
     }, page),
@@ -101,7 +104,8 @@ function build(models, study, { view: given, sentence }) {
     diagram: panel("diagram", "Response", [roving(element("div", { class: "tools", role: "toolbar", "aria-label": "Response" },
       pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node))],
       new DiagramControls(session).node, diagram.node,
-      element("div", { class: "foot" }, pins.legend, new SpecialPoints(session).node), keyHelp()),
+      element("div", { class: "foot" }, element("div", { class: "legends" }, pins.legend, measured.legend),
+        new SpecialPoints(session).node), keyHelp()),
     plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, plane.simulate, menus.plane.node], planeControls.node,
       element("div", { class: "plane-body" }, plane.node, element("div", { class: "plane-side" },
         plane.legend.node, plane.pointed.node, regimes.node))),

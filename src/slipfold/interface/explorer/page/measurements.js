@@ -2,7 +2,7 @@
 
 import { withText } from "./connection.js";
 import { valueTitle } from "./diagram_plot.js";
-import { element, icon, svg } from "./dom.js";
+import { button, closeButton, element, svg } from "./dom.js";
 import { Signal } from "./store.js";
 import { posted } from "./toolbar.js";
 import { inside, spanOf, withVaried } from "./view.js";
@@ -117,14 +117,13 @@ function rowsOf({ measurements }) {
   return [...measurements.keys()].filter((i) => measurements[i] !== null);
 }
 
-const CROSS = "M4 4l8 8M12 4l-8 8";
-
 export class MeasurementsControl {
-  /** The element to put on the page. */
+  /** What takes a file. */
   node;
+  /** What is drawn of it, or a way to it. */
+  legend = element("span", { class: "measurements" });
   #session;
   #measurements;
-  #held = element("span", { class: "measurements" });
 
   constructor(session, measurements) {
     this.#session = session;
@@ -133,11 +132,10 @@ export class MeasurementsControl {
       type: "file", accept: ".csv,.txt,text/csv", hidden: true, "aria-label": "File of measurements",
       on: { change: () => this.#take(input) },
     });
-    const button = element("button", {
-      type: "button", class: "small-button", title: "Draw a measured response: a CSV file with units in its head",
-      on: { click: () => input.click() },
-    }, "Measurements…");
-    this.node = element("span", { class: "measurements" }, button, input, this.#held);
+    const opener = button("Measurements…", () => input.click(), {
+      class: "small-button", title: "Draw a measured response: a CSV file with units in its head",
+    });
+    this.node = element("span", { class: "take" }, opener, input);
     measurements.changed.subscribe(() => this.#show());
     session.store.changed.subscribe(({ live }) => live || this.#show());
   }
@@ -152,17 +150,14 @@ export class MeasurementsControl {
     const { file } = this.#measurements;
     const { view } = this.#session;
     if (file?.model !== view.model) {
-      this.#held.replaceChildren();
+      this.legend.replaceChildren();
       return;
     }
     const isDrawn = this.#measurements.of(view) !== null;
-    this.#held.replaceChildren(
+    this.legend.replaceChildren(
       element("span", { class: "file-name", title: this.#told(file) }, file.name),
       ...(isDrawn ? this.#legend(file) : [this.#offer(file)]),
-      element("button", {
-        type: "button", class: "quiet close", "aria-label": `Remove ${file.name}`,
-        on: { click: () => this.#measurements.remove() },
-      }, icon(CROSS)));
+      closeButton(`Remove ${file.name}`, () => this.#measurements.remove()));
   }
 
   #told({ quantities, vary, values }) {
@@ -190,7 +185,6 @@ export class MeasurementsControl {
       const { show, statistic } = first;
       store.commit({ ...withVaried(view, vary, span), show, statistic, parameters });
     };
-    return element("button", { type: "button", class: "small-button", on: { click: go } },
-      `Show ${this.#titled(first)} over ${this.#session.quantity(vary).label}`);
+    return button(`Show ${this.#titled(first)} over ${this.#session.quantity(vary).label}`, go, { class: "small-button" });
   }
 }

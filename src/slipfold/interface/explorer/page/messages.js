@@ -1,6 +1,6 @@
 /** What the page says: announcements, notices, the status line, a dialog with a text. */
 
-import { element, icon } from "./dom.js";
+import { button, closeButton, element } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { copy } from "./toolbar.js";
 
@@ -38,7 +38,6 @@ export function summary(diagram) {
   return `${branches}; ${named.join(", ")}.`;
 }
 
-const CROSS = "M4 4l8 8M12 4l-8 8";
 const SHOWN = 4000;
 
 export class Notices {
@@ -94,15 +93,10 @@ export class Notices {
   }
 
   #notice(sentence) {
-    const again = element("button", {
-      type: "button", class: "small-button again", on: { click: () => this.#askAgain(sentence) },
-    }, "Ask again");
+    const again = button("Ask again", () => this.#askAgain(sentence), { class: "small-button again" });
     return element("div", { class: "notice failure", "data-sentence": sentence },
       element("p", { role: "alert" }, sentence), this.#canAsk(sentence) ? again : null,
-      element("button", {
-        type: "button", class: "quiet close", "aria-label": "Close this notice",
-        on: { click: () => this.#close(sentence) },
-      }, icon(CROSS)));
+      closeButton("Close this notice", () => this.#close(sentence)));
   }
 
   #askAgain(sentence) {
@@ -146,8 +140,7 @@ export class TextDialog {
   constructor() {
     const copyAgain = async () => this.#told(await copy(this.#text.textContent));
     const actions = element("div", { class: "actions" }, this.#state,
-      element("button", { type: "button", on: { click: copyAgain } }, "Copy"),
-      element("button", { type: "button", on: { click: () => this.node.close() } }, "Close"));
+      button("Copy", copyAgain), button("Close", () => this.node.close()));
     this.node = element("dialog", { class: "text-dialog", "aria-labelledby": "text-dialog-title" },
       this.#heading, this.#text, actions);
   }

@@ -1,6 +1,6 @@
 /** What stands around the plane: regimes, legend, controls, the switch between diagram and plane. */
 
-import { Choice, element, svg } from "./dom.js";
+import { Choice, button, element, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { lineStyle, nameOf, regimeKeys, regionColor } from "./plane_plot.js";
 import { display, withUnit } from "./quantities.js";
@@ -18,12 +18,11 @@ export class Regimes {
   #session;
   #of = "";
   #words = element("span", { role: "status" });
-  #ask = element("button", {
-    type: "button", title: "Simulate what motions do all over the plane: periods, tori, chaos",
-    on: { click: () => this.#begin() },
-  }, "What do motions do?");
-  #stop = element("button", { type: "button", class: "quiet", hidden: true, on: { click: () => this.#halt() } }, "Stop simulating");
-  #away = element("button", { type: "button", class: "quiet", hidden: true, on: { click: () => this.#clear() } }, "Take away");
+  #ask = button("What do motions do?", () => this.#begin(), {
+    title: "Simulate what motions do all over the plane: periods, tori, chaos",
+  });
+  #stop = button("Stop simulating", () => this.#halt(), { class: "quiet", hidden: true });
+  #away = button("Remove", () => this.#clear(), { class: "quiet", hidden: true, title: "Show the regions of the plane again" });
 
   constructor(session) {
     this.#session = session;
@@ -84,6 +83,7 @@ export class Regimes {
     this.picture = picture;
     this.node.dataset.cells = picture ? String(picture.x.values.length) : "";
     this.#away.hidden = !picture;
+    this.#ask.hidden = Boolean(picture);
     this.changed.announce(picture);
   }
 
@@ -186,13 +186,14 @@ export class PointCard {
     const { x } = this.#session.view.plane;
     const side = (sign) => {
       const value = inside(point.x + sign * BESIDE * (x.span[1] - x.span[0]), x.span);
-      return element("button", { type: "button", class: "small-button", on: { click: () => this.#go(value, point.y) } },
-        `${x.name} = ${withUnit(this.#session.quantity(x.name), Number(value.toPrecision(4)))}`);
+      const quantity = this.#session.quantity(x.name);
+      return button(`${quantity.label} = ${withUnit(quantity, Number(value.toPrecision(4)))}`,
+        () => this.#go(value, point.y), { class: "small-button" });
     };
     this.node.replaceChildren(
       element("p", {}, `${point.sentence}.`), element("p", {}, point.meaning),
       element("div", { class: "sentence" }, element("span", {}, "Diagrams beside it:"), side(-1), side(1),
-        element("button", { type: "button", class: "quiet", on: { click: () => this.hide() } }, "Close")));
+        button("Close", () => this.hide(), { class: "quiet" })));
     const { clientWidth } = this.node.parentElement;
     this.node.style.transform = `translate(${Math.max(Math.min(px - 40, clientWidth - 270), 4)}px, ${py > 150 ? `calc(${py - 12}px - 100%)` : `${py + 12}px`})`;
     this.node.hidden = false;
@@ -234,12 +235,8 @@ export class PlaneControls {
   #rows;
   #drawn = "nothing";
   #words = element("span", { role: "status" });
-  #stop = element("button", {
-    type: "button", class: "quiet", hidden: true, on: { click: () => this.#cancel() },
-  }, "Stop");
-  #again = element("button", {
-    type: "button", class: "quiet", hidden: true, on: { click: () => this.#session.computePlane() },
-  }, "Compute");
+  #stop = button("Stop", () => this.#cancel(), { class: "quiet", hidden: true });
+  #again = button("Compute", () => this.#session.computePlane(), { class: "quiet", hidden: true });
 
   constructor(session) {
     this.#session = session;
@@ -337,9 +334,7 @@ export class PlaneControls {
 
 export class PlaneSwitch {
   /** The element to put on the page. */
-  node = element("button", {
-    type: "button", class: "small-button", on: { click: () => this.#toggle() },
-  }, "Plane");
+  node = button("Plane", () => this.#toggle(), { class: "small-button" });
   #session;
 
   constructor(session) {

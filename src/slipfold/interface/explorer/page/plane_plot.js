@@ -2,9 +2,9 @@
 
 import { escaped } from "./diagram_data.js";
 import { CheckedLine } from "./diagram_panel.js";
-import { element } from "./dom.js";
+import { button, element } from "./dom.js";
 import { PlaneLegend, PointCard, shadesOf } from "./plane_panel.js";
-import { CONFIG, labelPlaces, layout, mapping, padded, roundStep, snapped } from "./plot_tools.js";
+import { CONFIG, labelPlaces, layout, mapping, padded, roundStep, snapped, withLegend } from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
 import { colors, themeChanged, typeScale } from "./theme.js";
 import { inside } from "./view.js";
@@ -341,10 +341,6 @@ const CLICK = 4;
 
 /** What the ring moves by when it is dragged, over the window. */
 const FINE = 0.001;
-/** Of the legend of a saved picture, in pixels. */
-const LEGEND_LINE = 20;
-const LEGEND_SAMPLE = 45;
-const LETTER = 7;
 
 export class PlanePlot {
   /** The element to put on the page. */
@@ -377,10 +373,9 @@ export class PlanePlot {
     this.#regimes = regimes;
     this.#simulation = simulation;
     this.#card = new PointCard(session);
-    this.simulate = element("button", {
-      type: "button", class: "small-button", title: "Simulate from rest at the working point, the ring",
-      on: { click: () => simulation.fromRest() },
-    }, "Simulate at the ring");
+    this.simulate = button("Simulate at the ring", () => simulation.fromRest(), {
+      class: "small-button", title: "Simulate from rest at the working point, the ring",
+    });
     simulation.changed.subscribe(({ view, verdict }) => {
       this.pointed.simulated = view && verdict ? `At the ring: ${verdict.split(/[:;]/)[0]}` : "";
       this.pointed.show(null);
@@ -419,19 +414,10 @@ export class PlanePlot {
       type: "scatter", mode: "markers", x: [null], y: [null], name, showlegend: true,
       marker: { symbol: "square", size: 12, color: tint },
     }));
-    const sheet = structuredClone(this.#canvas.layout);
-    const names = [...named, ...shades.map(({ name }) => name)];
-    const widest = Math.max(...names.map((name) => name.length)) * LETTER + LEGEND_SAMPLE;
-    const rows = Math.ceil(names.length / Math.max(Math.floor((sheet.width - 20) / widest), 1));
-    const room = LEGEND_LINE * rows + 12;
+    const sheet = withLegend(structuredClone(this.#canvas.layout), [...named, ...shades.map(({ name }) => name)]);
     return {
       data: [...data, ...shades],
-      layout: {
-        ...sheet, paper_bgcolor: color("panel"), plot_bgcolor: color("panel"),
-        height: sheet.height + room, margin: { ...sheet.margin, b: sheet.margin.b + room },
-        showlegend: true,
-        legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom", x: 0, entrywidth: widest - LEGEND_SAMPLE },
-      },
+      layout: { ...sheet, paper_bgcolor: color("panel"), plot_bgcolor: color("panel") },
     };
   }
 

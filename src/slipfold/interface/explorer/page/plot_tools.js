@@ -175,6 +175,26 @@ function axis(color, { title, range }) {
   };
 }
 
+/** Of the legend of a saved picture, in pixels. */
+const LEGEND_LINE = 20;
+const LEGEND_SAMPLE = 45;
+const LETTER = 7;
+
+/**
+ * A layout with a legend below the plot, for a file.
+ * @param {string[]} names in the legend; without any there is none
+ */
+export function withLegend(sheet, names) {
+  if (names.length === 0) return sheet;
+  const widest = Math.max(...names.map((name) => name.length)) * LETTER + LEGEND_SAMPLE;
+  const rows = Math.ceil(names.length / Math.max(Math.floor((sheet.width - 20) / widest), 1));
+  const room = LEGEND_LINE * rows + 12;
+  return {
+    ...sheet, height: sheet.height + room, margin: { ...sheet.margin, b: sheet.margin.b + room }, showlegend: true,
+    legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom", x: 0, entrywidth: widest - LEGEND_SAMPLE },
+  };
+}
+
 /** The part of the page on which data lie, as `{left, top, width, height}` within a plot whose ordinate has the range y. */
 function frame([width, height], y) {
   const { l, r, t, b } = margins(y);

@@ -2,7 +2,7 @@
 
 import { ContactPanel } from "./model/contacts.js";
 import { valueTitle } from "./diagram_plot.js";
-import { element } from "./dom.js";
+import { button, element } from "./dom.js";
 import { MotionPanel } from "./motion.js";
 import { asSentence, axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
@@ -235,13 +235,10 @@ export class Exponents {
   constructor(session, simulation) {
     this.#session = session;
     this.#simulation = simulation;
-    const button = (text, click, kind, title = null) =>
-      element("button", { type: "button", class: kind, title, on: { click } }, text);
-    this.#stop = button("Stop judging", () => this.#clear(), "quiet");
-    this.#stop.hidden = true;
+    this.#stop = button("Stop judging", () => this.#clear(), { class: "quiet", hidden: true });
     this.node = element("div", { class: "exponents" },
       element("div", { class: "sentence" },
-        button("Torus or chaos?", () => this.#ask(), "", "Judge this motion by its Lyapunov exponents"), this.#stop),
+        button("Torus or chaos?", () => this.#ask(), { title: "Judge this motion by its Lyapunov exponents" }), this.#stop),
       this.#told);
     session.store.changed.subscribe(({ view, before }) => {
       if (solutionOf(view) !== solutionOf(before)) this.#clear();
@@ -336,15 +333,13 @@ export class SimulationPanel {
     this.#session = session;
     this.#simulation = simulation;
     this.#perturbation.value = "0.01";
-    const button = (text, click, kind = "") =>
-      element("button", { type: "button", class: kind, on: { click } }, text);
     this.#fromOrbit = button("From this orbit", () =>
       simulation.fromOrbit(orbits.shown.answer, Number(this.#perturbation.value)));
     this.#fromOrbit.disabled = true;
     this.#periods.addEventListener("keydown", ({ key }) => key === "Enter" && this.#goOn());
     this.#more.append(button("Go on", () => this.#goOn()), element("span", {}, "for"), this.#periods, this.#unit);
-    this.#stop = button("Stop", () => simulation.stop(), "quiet");
-    this.#clear = button("Clear", () => simulation.clear(), "quiet");
+    this.#stop = button("Stop", () => simulation.stop(), { class: "quiet" });
+    this.#clear = button("Clear", () => simulation.clear(), { class: "quiet" });
     this.#contacts = new ContactPanel(session, simulation);
     this.#motion = new MotionPanel(session, simulation);
     this.node = element("div", { class: "simulation" },

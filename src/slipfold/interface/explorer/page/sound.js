@@ -1,6 +1,6 @@
 /** Vibrations as sound, through Web Audio. */
 
-import { Choice, element } from "./dom.js";
+import { Choice, button, element } from "./dom.js";
 import { axisTitle, formatted } from "./quantities.js";
 
 /** Seconds that a motion is heard which repeats, over which sound swells and fades, and its peak. */
@@ -104,8 +104,8 @@ export class SoundControl {
   #simulation;
   #output = "";
   #choice = new Choice("Hear", (output) => this.#become(output));
-  #listen = element("button", { type: "button", on: { click: () => this.#ask() } }, "Listen");
-  #stop = element("button", { type: "button", class: "quiet", hidden: true, on: { click: () => loudspeaker.stop() } }, "Silence");
+  #listen = button("Listen", () => this.#ask());
+  #stop = button("Silence", () => loudspeaker.stop(), { class: "quiet", hidden: true });
   #words = element("span", { role: "status" });
 
   constructor(session, simulation) {

@@ -4,7 +4,7 @@ import { set, svg } from "./dom.js";
 
 const STYLES = [
   "fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin",
-  "opacity", "font-family", "font-size", "font-style", "text-anchor", "vector-effect",
+  "opacity", "font-family", "font-size", "font-style", "text-anchor", "vector-effect", "paint-order",
 ];
 
 /** Size of the lines that say what the whole sheet shows, in pixels. */
@@ -63,10 +63,11 @@ function captioned(caption, left, top) {
       const { color, fontSize, fontWeight } = getComputedStyle(span);
       const [x, middle] = [box.left - left, box.top - top + box.height / 2];
       const isKey = span.classList.contains("key");
-      const tint = getComputedStyle(span, "::before").borderTopColor;
-      const line = svg("path", { d: `M${x} ${middle}h12`, stroke: tint, "stroke-width": 2 });
+      const { width, marginRight, borderTopColor } = getComputedStyle(span, "::before");
+      const [length, gap] = isKey ? [width, marginRight].map(parseFloat) : [0, 0];
+      const line = svg("path", { d: `M${x} ${middle}h${length}`, stroke: borderTopColor, "stroke-width": 2 });
       const text = svg("text", {
-        x: x + (isKey ? 16 : 0), y: middle + 4, "font-size": parseFloat(fontSize),
+        x: x + length + gap, y: middle + 4, "font-size": parseFloat(fontSize),
         "font-weight": fontWeight, fill: color,
       }, span.textContent);
       return isKey ? [line, text] : [text];

@@ -1,6 +1,6 @@
 /** A motion that is followed up and down the diagram, and what is drawn of it. */
 
-import { element } from "./dom.js";
+import { button, element } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { decoded, loudspeaker } from "./sound.js";
 import { Signal } from "./store.js";
@@ -141,21 +141,19 @@ export class SweepControl {
    */
   constructor(sweep, motionShown, { dialog, say }) {
     this.#sweep = sweep;
-    const button = (text, click, kind = "") => element("button", { type: "button", class: kind, on: { click } }, text);
-    this.#start = button("Sweep up and down", () => sweep.start());
-    this.#start.title = "Follow the motion along the diagram, each value from the last state of the one before";
+    this.#start = button("Sweep up and down", () => sweep.start(), {
+      title: "Follow the motion along the diagram, each value from the last state of the one before",
+    });
     this.#here = button("Sweep from this motion", () => {
       const from = motionShown();
       if (from) sweep.start(from);
       else say("There is no motion to sweep from yet.");
-    });
-    this.#here.title = "Follow the motion that is shown, of the simulation or else the orbit, up and down from where it is";
-    this.#copied = button("Copy the sweep as Python", () => this.#copy(dialog, say), "quiet");
-    this.#stop = button("Stop the sweep", () => sweep.stop(), "quiet");
-    this.#clear = button("Clear the sweep", () => sweep.clear(), "quiet");
+    }, { title: "Follow the motion that is shown, of the simulation or else the orbit, up and down from where it is" });
+    this.#copied = button("Copy the sweep as Python", () => this.#copy(dialog, say), { class: "quiet" });
+    this.#stop = button("Stop the sweep", () => sweep.stop(), { class: "quiet" });
+    this.#clear = button("Clear the sweep", () => sweep.clear(), { class: "quiet" });
     this.#listen = button("Hear the sweep", () => this.#hear());
-    this.#silence = button("Silence", () => loudspeaker.stop(), "quiet");
-    this.#silence.hidden = true;
+    this.#silence = button("Silence", () => loudspeaker.stop(), { class: "quiet", hidden: true });
     const keys = RUNS.map((run) => element("span", { class: `key sweep ${run}` }, run));
     this.node = element("div", { class: "sweep-control" },
       element("div", { class: "sentence" }, this.#start, this.#here, ...keys, this.#stop, this.#listen, this.#silence, this.#copied, this.#clear), this.#words);

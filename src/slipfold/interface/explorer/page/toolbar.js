@@ -1,7 +1,7 @@
 /** The bar at the top: models, files to save, the tour. */
 
 import { withText } from "./connection.js";
-import { Choice, element, icon, roving, set } from "./dom.js";
+import { Choice, button, element, icon, roving, set } from "./dom.js";
 import { offered } from "./model/editor.js";
 import { apply, choice, isPresented, nextChoice, present } from "./theme.js";
 import { initialView, isShort } from "./view.js";
@@ -66,14 +66,10 @@ const TYPES = { csv: "CSV", nc: "netCDF", pdf: "PDF", svg: "SVG", png: "PNG" };
 /** Formats of figures in the style of the package, which the server draws. */
 const FIGURES = ["pdf", "svg", "png"];
 
-const NOT_OF_ORBITS = {
-  command: "No command computes a single orbit; copy it as Python.",
-  figure: "There is no figure of one orbit; save its pictures as PNG or SVG.",
-};
-
 /**
  * @typedef {object} Source
  * @property {() => object|null} [request] what made the view; null if there is nothing yet
+ * @property {boolean} [isCommand] whether a command of the command line computes it and draws its figure
  * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
  * @property {() => object[]} [pins] curves beside it: names and parameters
@@ -94,17 +90,14 @@ export class ExportMenu {
     this.#name = name;
     this.#dialog = dialog;
     this.#say = say;
-    const item = (text, act, kind = null) => element("button", {
-      type: "button", role: "menuitem", on: { click: () => this.#act(act, kind) }, "data-kind": kind,
-    }, text);
+    const item = (text, act) => button(text, () => this.#act(act), { role: "menuitem" });
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
-      ...(source.table ? [] : [
-        item("Copy as Python", () => this.#text("python", "Python")),
-        item("Copy as TOML", () => this.#text("toml", "TOML"), "command"),
-      ]),
-      ...(source.table ? [] : FIGURES.map((format) =>
-        item(`Figure, ${format.toUpperCase()}`, () => this.#file(format), "figure"))),
-      item("PNG", () => this.#picture("png")), item("SVG", () => this.#picture("svg")),
+      ...(source.table ? [] : [item("Copy as Python", () => this.#text("python", "Python"))]),
+      ...(source.isCommand ? [
+        item("Copy as TOML", () => this.#text("toml", "TOML")),
+        ...FIGURES.map((format) => item(`Figure, ${format.toUpperCase()}`, () => this.#file(format))),
+      ] : []),
+      ...["png", "svg"].map((format) => item(`Picture, ${format.toUpperCase()}`, () => this.#picture(format))),
       ...(source.table ? [item("CSV", () => this.#table())]
         : [item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc"))]));
     this.node = element("details", { class: "export" },
@@ -118,22 +111,16 @@ export class ExportMenu {
 
   /** Mark what cannot be had now, with the reason. */
   #refuse(items) {
-    for (const item of items) {
-      const reason = this.#refusal(item.dataset.kind);
-      set(item, { "aria-disabled": reason && "true", title: reason });
-    }
+    const reason = this.#refusal;
+    for (const item of items) set(item, { "aria-disabled": reason && "true", title: reason });
   }
 
-  /** @param {string} [kind] of what is wanted: a command of the command line, a figure, or else */
-  #refusal(kind) {
-    if (this.#source.table) return null;
-    const request = this.#source.request();
-    if (!request) return `There is no ${this.#name} yet.`;
-    return (request.kind === "orbit" && NOT_OF_ORBITS[kind]) || null;
+  get #refusal() {
+    return this.#source.table || this.#source.request() ? null : `There is no ${this.#name} yet.`;
   }
 
-  async #act(act, kind) {
-    const reason = this.#refusal(kind);
+  async #act(act) {
+    const reason = this.#refusal;
     if (reason) {
       this.#say(reason);
       return;
@@ -226,9 +213,7 @@ export class Toolbar {
       this.#showTheme();
     });
     this.#present = tool("Present: large type, without controls (p)", SCREEN, () => this.#toggle(true));
-    const tourButton = element("button", {
-      type: "button", class: "quiet", on: { click: () => tour.start() },
-    }, "Tour");
+    const tourButton = button("Tour", () => tour.start(), { class: "quiet" });
     this.node = element("header", { class: "masthead" },
       element("h1", {}, "slipfold ", element("span", {}, "explore")), this.#model.node,
       roving(element("span", { class: "tools", role: "toolbar", "aria-label": "View" },
@@ -260,7 +245,7 @@ export class Toolbar {
   /** Hide the controls and enlarge the rest, or take that back. */
   #toggle(isOn) {
     present(isOn);
-    if (isOn) this.#say("Press p or Esc to have the controls again.");
+    if (isOn) this.#say("Press p or Esc to show the controls again.");
     else this.#present.focus();
   }
 
@@ -277,7 +262,5 @@ export class Toolbar {
 }
 
 function tool(name, path, click) {
-  return element("button", {
-    type: "button", class: "tool", "aria-label": name, title: name, on: { click },
-  }, icon(path));
+  return button(icon(path), click, { class: "tool", "aria-label": name, title: name });
 }

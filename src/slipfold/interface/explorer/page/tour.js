@@ -1,6 +1,6 @@
 /** The tour of the page, step by step. */
 
-import { element } from "./dom.js";
+import { button, element } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { initialView } from "./view.js";
 
@@ -142,15 +142,13 @@ export class Tour {
   constructor(session, parts) {
     this.#session = session;
     this.#parts = parts;
-    const button = (text, click, kind = "") =>
-      element("button", { type: "button", class: kind, on: { click } }, text);
     this.#back = button("Back", () => this.#go(this.#step - 1));
-    this.#next = button("Next", () => this.#go(this.#step + 1), "main");
+    this.#next = button("Next", () => this.#go(this.#step + 1), { class: "main" });
     this.node = element("section", {
       class: "tour", role: "dialog", "aria-labelledby": "tour-title", hidden: true,
     }, this.#title, this.#text,
     element("div", { class: "actions" }, this.#count,
-      button("Skip the tour", () => this.end(), "quiet"), this.#back, this.#next));
+      button("Skip the tour", () => this.end(), { class: "quiet" }), this.#back, this.#next));
     this.node.addEventListener("keydown", (event) => event.key === "Escape" && this.end());
     session.diagramArrived.subscribe(() => this.#tell());
     // An undo that comes back to what the reader had before has left the tour.

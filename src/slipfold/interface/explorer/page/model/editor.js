@@ -1,7 +1,7 @@
 /** The model as a text: shown, edited, opened from a file, saved, and made the model of the page. */
 
 import { texts, withText } from "../connection.js";
-import { element, icon } from "../dom.js";
+import { button, closeButton, element, icon } from "../dom.js";
 import { download, posted } from "../toolbar.js";
 import { addressOf, initialView, readAddress } from "../view.js";
 
@@ -100,7 +100,6 @@ function equationsOf({ title, about, groups }) {
 }
 
 const PEN = "M3 13l.7-3L10.5 3.2l2.3 2.3L6 12.3zM9 4.7L11.3 7";
-const CROSS = "M4 4l8 8M12 4l-8 8";
 
 export class ModelEditor {
   /** The panel to put on the page. */
@@ -124,15 +123,13 @@ export class ModelEditor {
     },
   });
   #fault = element("div", { class: "fault", id: "editor-fault", role: "alert", hidden: true });
-  #apply = element("button", { type: "button", class: "main", title: "Ctrl+Enter", on: { click: () => this.apply() } }, "Apply");
-  #reload = element("button", { type: "button", title: "Read the file again", on: { click: () => this.#readAgain() } }, "Reload");
+  #apply = button("Apply", () => this.apply(), { class: "main", title: "Ctrl+Enter" });
+  #reload = button("Reload", () => this.#readAgain(), { title: "Read the file again" });
   #state = element("span", { role: "status" });
   #lined = element("div", { class: "lined" });
   #actions = element("div", { class: "actions" });
   #equations = element("div", { class: "equations", role: "region", tabindex: "0", "aria-label": "Equations" });
-  #tabs = ["Text", "Equations"].map((name, i) => element("button", {
-    type: "button", class: "small-button", on: { click: () => this.#turnTo(i === 0) },
-  }, name));
+  #tabs = ["Text", "Equations"].map((name, i) => button(name, () => this.#turnTo(i === 0), { class: "small-button" }));
   #file = element("input", {
     type: "file", accept: ".toml,.txt", class: "unseen", tabindex: "-1", "aria-label": "File with a model",
     on: { change: () => this.#openFile(this.#file.files[0]) },
@@ -141,7 +138,6 @@ export class ModelEditor {
   constructor(session, { say }) {
     this.#session = session;
     this.#say = say;
-    const button = (text, act) => element("button", { type: "button", on: { click: act } }, text);
     this.node = element("section", {
       class: "editor", id: "editor", hidden: true, "aria-labelledby": "editor-heading",
       on: {
@@ -152,7 +148,7 @@ export class ModelEditor {
     },
     element("div", { class: "panel-head" }, element("h2", { id: "editor-heading" }, "Model"), ...this.#tabs,
       button("Open file…", () => this.#file.click()), button("Save", () => this.#save()), this.#reload,
-      element("button", { type: "button", class: "quiet close", "aria-label": "Close the editor", on: { click: () => this.close() } }, icon(CROSS))),
+      closeButton("Close the editor", () => this.close())),
     this.#lined, this.#equations, this.#fault, this.#actions, this.#file);
     this.#lined.append(this.#lines, this.#text);
     this.#actions.append(this.#state, this.#apply);

@@ -57,8 +57,8 @@ export class FrictionPanel {
     const contact = contacts[Math.min(this.#chosen, contacts.length - 1)];
     this.#contact.node.hidden = contacts.length === 1;
     this.#contact.show(contacts.map(({ name }, i) => ({ value: String(i), text: name })), String(this.#chosen));
-    const names = laws.includes(contact.law) ? laws : [contact.law, ...laws];
-    this.#law.show(names.map((name) => ({ value: name, text: name === contact.law ? contact.title : name })), contact.law);
+    const titles = { ...laws, [contact.law]: contact.title };
+    this.#law.show(Object.entries(titles).map(([value, text]) => ({ value, text })), contact.law);
     const { speed, coefficient, holding, plate } = contact;
     const top = 1.15 * Math.max(...coefficient, holding ?? 0, 1e-300);
     this.#plot.draw({
