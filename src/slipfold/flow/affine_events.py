@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,13 +32,14 @@ class EventSearch:
     """How the first event of a solution in closed form is found."""
 
     many: int = 24  # fewer are followed from event to event in less time by an integrator
-    turn: float = 0.6  # radians of the fastest visible vibration between two samples of events
-    visible: float = 1e-8  # part of an event function below which a vibration is no reason to look
+    # Radians of the fastest visible vibration between two samples of events: bounds between them
+    # are off by 2e-6 of it
+    turn: float = 1.2
+    visible: float = 1e-8  # part of an event function below which a vibration causes no event
     samples: int = 32  # of events at a time
     fewest: int = 4  # samples of a smooth phase
     rounding: float = 1e-12  # event functions, over their scales, that may be zero
-    near: float = 0.3  # least value of a cubic over its ends' above which no zero is looked for
-    halvings: int = 40  # of the first interval where an event function begins at zero
+    shortest: float = 1e-13  # phases: a minimum that is not decided within them is rounding
     exact: float = 1e-15  # phases by which the last step of Newton's method moves an event
     settled: float = 0.5  # ratio of two steps above which it no longer converges,
     fine: float = 1e-11  # if they are as short: rounding is what is left
@@ -59,6 +61,46 @@ class DenseSteps:
 
 
 STEPS = DenseSteps()
+
+ORDERS = np.arange(4)
+"""Derivatives of event functions that are computed at samples."""
+
+
+def _two_point(count: int) -> Array:
+    """Return what makes Bernstein coefficients of so many derivatives at both ends, (2 c + 1, 2 c).
+
+    The polynomial that has these derivatives is written as one of a degree more: what it differs
+    by from the function changes the coefficient in the middle alone.
+    """
+    degree = 2 * count - 1
+    own = np.zeros((2 * count, 2 * count))
+    for i in range(count):
+        for j in range(i + 1):
+            part = math.comb(i, j) / math.perm(degree, j)
+            own[i, j], own[degree - i, count + j] = part, (-1) ** j * part
+    raised, before = np.zeros((2 * count + 1, 2 * count)), np.arange(2.0 * count) / (2 * count)
+    raised[:-1] += np.diag(1 - before)
+    raised[1:] += np.diag(before + 1 / (2 * count))
+    return raised @ own
+
+
+VALUES, SLOPES = _two_point(len(ORDERS)), _two_point(len(ORDERS) - 1)
+"""Bernstein coefficients of an event function between two samples, and of its slope."""
+
+
+def _enclosed(weights: Array, left: Array, right: Array, bend: Array) -> tuple[Array, Array]:
+    """Return lower and upper bounds of Bernstein coefficients of functions between two places.
+
+    Each function lies between the least and the greatest of its coefficients. Shapes: left, right
+    (c, ...), derivatives times powers of the distance; bend bounds the one of order 2 c.
+    """
+    count = len(left)
+    low = np.tensordot(weights, np.concatenate([left, right]), 1)
+    high, off = low.copy(), bend * (math.factorial(count) / math.factorial(2 * count)) ** 2
+    low[count] -= off
+    high[count] += off
+    return low, high
+
 
 GAUSS = gauss_points(8)
 """Points of a step for integrals of powers, which turn by 3.6: errors are 2e-14."""
@@ -250,31 +292,49 @@ class _Watched:
         return free
 
     @cached_property
-    def _parts(self) -> tuple[Complex, tuple[Harmonics, Harmonics]]:
-        """Slopes by free motions, shape (n, q), and what the phase gives."""
+    def _parts(self) -> tuple[Complex, tuple[tuple[Harmonics, Complex], ...]]:
+        """Derivatives by free motions, shape (n, c, q), and what the phase gives, (H, c, q)."""
         solutions, seen = self.solutions, self.seen.T
         forced = Harmonics(solutions.forcing.exponents, solutions.answers @ seen)
-        return solutions.values[:, None] * seen, (forced, self.own)
+        rising = solutions.values[:, None, None] ** ORDERS[:, None]
+        return rising * seen[:, None], tuple(
+            (part, part.exponents[:, None, None] ** ORDERS[:, None] * part.values[:, None])
+            for part in (forced, self.own)
+        )
 
-    def _functions(self, phases: Array, free: Complex) -> tuple[Array, Array]:
-        """Return the functions and their slopes from free motions, both (p, q)."""
-        solutions, seen, (turned, parts) = self.solutions, self.seen.T, self._parts
-        values = (free @ seen).real + CONTACT.event_distance
-        slopes = (free @ turned).real
-        for part in parts:
+    def _derivatives(self, phases: Array, free: Complex, visible: Mask | bool = True) -> Array:
+        """Return the functions with derivatives, shape (c, p, q), from free motions.
+
+        Vibrations that are not visible change the values alone.
+        """
+        solutions, (by_free, parts) = self.solutions, self._parts
+        shape = len(phases), *by_free.shape[1:]
+        result = np.empty(shape)
+        result[:, 0] = (free @ by_free[:, 0]).real + CONTACT.event_distance
+        others = by_free[:, 1:].reshape(len(by_free), -1)
+        result[:, 1:] = ((free * visible) @ others).real.reshape(shape[0], -1, shape[2])
+        for part, rising in parts:
             known = np.exp(phases[:, None] * part.exponents)
-            values += (known @ part.values).real
-            slopes += ((known * part.exponents) @ part.values).real
+            whole = rising.reshape(len(rising), math.prod(shape[1:]))
+            result += (known @ whole).real.reshape(shape)
         for h, j in solutions.resonant:
-            push = solutions.forcing.values[h, j] * np.exp(phases * solutions.forcing.exponents[h])
-            slopes += (push[:, None] * seen[j]).real
-        return values, slopes
+            value, exponent = solutions.values[j], solutions.forcing.exponents[h]
+            push = solutions.forcing.values[h, j] * np.exp(phases * exponent)
+            factor: complex = 0.0
+            for order in ORDERS[1:].tolist():
+                factor = value * factor + exponent ** (order - 1)
+                result[:, order] += (factor * push[:, None] * self.seen[:, j]).real
+        return result.transpose(1, 0, 2)
 
     def at(self, phases: Array) -> tuple[Array, Array]:
         """Return the functions and their slopes, both (p, q)."""
+        values, slopes, *_ = self._derivatives(phases, self._free_at(phases))
+        return values, slopes
+
+    def _free_at(self, phases: Array) -> Complex:
         times = phases - self.begin
         free = self.free * np.exp(times[:, None] * self.solutions.values)
-        return self._functions(phases, self._with_resonances(free, self.begin, times))
+        return self._with_resonances(free, self.begin, times)
 
     def step(self, visible: Mask, turn: float, longest: float) -> float:
         """Return the distance of samples that shows forcing and visible vibrations."""
@@ -298,87 +358,86 @@ class _Watched:
             free, known = self.advanced(phase, free, step, taken)
             phases: Array = phase + step * np.arange(taken + 1.0)
             phases[-1] = end if taken == count else phases[-1]
-            found = self._between(phases, *self._functions(phases, known))
+            found = self._between(phases, known, visible)
             if found is not None:
                 return found
             phase = float(phases[-1])
         return None
 
-    def _between(self, phases: Array, values: Array, slopes: Array) -> tuple[int, float] | None:
-        """Return the first event between samples, shape (p,) and (p, q)."""
-        before, after, falls, rises = values[:-1], values[1:], slopes[:-1] < 0, slopes[1:] > 0
-        crosses = (before > 0) & (after <= 0)
-        dips = (before > 0) & (after > 0) & falls & rises
+    def _between(self, phases: Array, free: Complex, visible: Mask) -> tuple[int, float] | None:
+        """Return the first event between samples. Shapes: phases (p,); free (p, n)."""
+        step = phases[1] - phases[0]
+        powers = step ** ORDERS[:, None, None]
+        ends = self._derivatives(phases, free, visible) * powers
+        bend = self._bend(free[0], phases[-1] - phases[0], step, visible, 2 * len(ORDERS))
+        positive = _enclosed(VALUES, ends[:, :-1], ends[:, 1:], bend)[0].min(axis=0)
+        undecided = (positive <= 0) | (ends[0, 1:] <= 0)
         if phases[0] == self.begin:
-            starts = np.abs(before[0]) <= SEARCH.rounding
-            dips[0] &= ~starts
-            crosses[0] = np.where(starts, after[0] < -SEARCH.rounding, crosses[0])
-        for place in np.flatnonzero((crosses | dips).any(axis=1)).tolist():
+            starts = (np.abs(ends[0, 0]) <= SEARCH.rounding) & (ends[0, 1] > 0)
+            undecided[0] &= ~(starts & (positive[0] > -SEARCH.rounding))
+        for place in np.flatnonzero(undecided.any(axis=1)).tolist():
             met = list[tuple[float, int]]()
-            for which in np.flatnonzero(crosses[place] | dips[place]).tolist():
-                low, high = float(phases[place]), float(phases[place + 1])
-                if dips[place, which]:
-                    ends = before[place, which], after[place, which]
-                    rates = slopes[place, which], slopes[place + 1, which]
-                    low, high = self._lowest(which, low, high, ends, rates)
-                elif not before[place, which] > SEARCH.rounding:
-                    low, high = self._begun(which, low, high)
-                if low <= high:
-                    met.append((self._zero(which, low, high), which))
+            for which in np.flatnonzero(undecided[place]).tolist():
+                low, high = phases[place : place + 2].tolist()
+                phase = self._first_zero(which, low, high, visible)
+                if phase is not None:
+                    met.append((phase, which))
             if met:
                 at, which = min(met)
                 return which, at
         return None
 
-    def _one(self, which: int, phase: float) -> tuple[float, float]:
-        values, slopes = self.at(np.array([phase]))
-        return float(values[0, which]), float(slopes[0, which])
+    def _bend(self, free: Complex, span: float, step: float, visible: Mask, order: int) -> Array:
+        """Return bounds of a derivative over a span, shape (q,), times a power of the step."""
+        solutions, values = self.solutions, self.solutions.values
+        sizes, turns = np.abs(free) * visible, np.abs(values) * step
+        bends = np.zeros(len(values))
+        for h, j in solutions.resonant:
+            push = abs(solutions.forcing.values[h, j])
+            fastest = max(turns[j], abs(solutions.forcing.exponents[h]) * step)
+            sizes[j] += push * span
+            bends[j] += order * push * step * fastest ** (order - 1)
+        bends += sizes * np.exp(np.maximum(values.real, 0.0) * span) * turns**order
+        result: Array = np.abs(self.seen) @ bends
+        for part in (self._parts[1][0][0], self.own):
+            result += (np.abs(part.exponents) * step) ** order @ np.abs(part.values)
+        return result
 
-    def _begun(self, which: int, low: float, high: float) -> tuple[float, float]:
-        """Return an interval with the zero of a function that begins at zero.
+    def _first_zero(self, which: int, first: float, last: float, visible: Mask) -> float | None:
+        """Return where a function first falls to zero between two phases, None if nowhere.
 
-        Where it falls at once, that is the beginning itself.
+        Intervals are halved until the function is positive or monotonic on each.
         """
-        phases: Array = low + (high - low) * np.exp2(-np.arange(float(SEARCH.halvings)))
-        positive = np.flatnonzero(self.at(phases)[0][:, which] > SEARCH.rounding)
-        if not len(positive):
-            return low, low
-        return float(phases[positive[0]]), float(phases[positive[0] - 1])
-
-    def _lowest(
-        self,
-        which: int,
-        low: float,
-        high: float,
-        ends: tuple[float, float],
-        rates: tuple[float, float],
-    ) -> tuple[float, float]:
-        """Return an interval with the zero before a minimum; an empty one if that is positive."""
-        length = high - low
-        places = np.linspace(0.0, 1.0, 17)
-        cubic = (
-            (1 + 2 * places) * (1 - places) ** 2 * ends[0]
-            + places**2 * (3 - 2 * places) * ends[1]
-            + length * places * (1 - places) * ((1 - places) * rates[0] - places * rates[1])
-        )
-        if cubic.min() > SEARCH.near * min(ends):
-            return high, low
-        left, right = low, high
-        for _ in range(SEARCH.iterations):
-            middle = 0.5 * (left + right)
-            value, slope = self._one(which, middle)
-            if value <= 0:
-                return low, middle
-            if not left < middle < right:
-                break
-            left, right = (middle, right) if slope < 0 else (left, middle)
-        return high, low
+        intervals, begins = [(first, last)], first == self.begin
+        while intervals:
+            low, high = intervals.pop()
+            phases, step = np.array([low, high]), high - low
+            free = self._free_at(phases)
+            ends = self._derivatives(phases, free, visible)[..., which] * step ** ORDERS[:, None]
+            at_zero = low == self.begin and abs(ends[0, 0]) <= SEARCH.rounding
+            if ends[0, 0] <= 0 and not at_zero:
+                return self.begin if begins else low  # it has fallen since
+            bends = (self._bend(free[0], step, step, visible, order)[which] for order in (8, 7))
+            values = _enclosed(VALUES, ends[:, 0], ends[:, 1], next(bends))
+            no_more = at_zero or values[1].max() <= SEARCH.rounding  # than rounding is a fall
+            if ends[0, 1] > 0 and values[0].min() > (-SEARCH.rounding if no_more else 0.0):
+                continue
+            slopes = _enclosed(SLOPES, ends[1:, 0], ends[1:, 1], next(bends))
+            if slopes[0].min() > 0 and ends[0, 1] > 0:
+                continue
+            if slopes[1].max() < 0 or step <= SEARCH.shortest:
+                if ends[0, 1] > 0:
+                    continue
+                return self._zero(which, low, high)
+            middle = 0.5 * (low + high)
+            intervals += [(middle, high), (low, middle)]
+        return None
 
     def _zero(self, which: int, low: float, high: float) -> float:
         """Return the phase in an interval at which a function falls through zero."""
         phase, before = high, np.inf
         for _ in range(SEARCH.iterations):
-            value, slope = self._one(which, phase)
+            value, slope = (float(item[0, which]) for item in self.at(np.array([phase])))
             low, high = (phase, high) if value > 0 else (low, phase)
             after = phase - value / slope if slope < 0 else np.inf
             after = after if low <= after <= high else 0.5 * (low + high)
