@@ -14,7 +14,8 @@ from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import RAYLEIGH
 from slipfold import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.messages import parse_request
+from slipfold.interface.explorer.first_views import send_screen
+from slipfold.interface.explorer.messages import ScreenRequest, parse_request
 from slipfold.interface.explorer.plain import plain_text
 
 DESCRIBED = {item["name"]: item for item in Catalogue().describe()}
@@ -76,6 +77,28 @@ def test_a_model_that_vibrates_by_itself_is_first_shown_where_it_begins_to():
     assert (view["vary"], view["span"][1]) == ("Ns", 20)
     points = sf.response(chain, view["vary"], (1.5, view["span"][0])).special
     assert "HB" in {item.point.type for item in points}
+
+
+def screened(model, vary):
+    answers = []
+    request = ScreenRequest(kind="screen", id=1, model=model.name, vary=vary)
+    send_screen(model, request, answers.append, lambda: None)
+    return answers
+
+
+def test_a_forced_model_is_looked_through_for_a_parameter_with_a_bifurcation():
+    duffing = sf.built_in_models()["duffing"]().replace(W=1.2)
+    (found,) = screened(duffing, "d")
+    assert found["vary"] != "d"
+    points = sf.response(duffing, found["vary"], found["span"]).branches[0].special
+    assert (found["type"], found["value"]) == (points[0].type, pytest.approx(points[0].value))
+    linear = sf.System(
+        name="linear",
+        parameters={"F": 1, "W": {"value": 1.3, "above": 0}},
+        states={"q": "v", "v": "F*cos(W*t) - 0.3*v - q"},
+        forcing={"period": "2*pi/W"},
+    )
+    assert screened(linear, "F") == [{"vary": None, "done": True}]
 
 
 def test_no_slider_goes_where_a_law_does_not():

@@ -200,7 +200,7 @@ def test_a_motion_that_settled_is_followed(context, tmp_path):
         explorer = ExplorerPage(context.new_page(), address).open("model=forced slider&p.F=1.1")
         page = explorer.page
         expect(page.locator(".ends")).to_contain_text(
-            "touches Vrel = 0; no orbit was found beyond."
+            re.compile("touches Vrel = 0.*; no orbit was found beyond.")
         )
         expect(page.locator(".ends")).not_to_contain_text("--")
         # What motions settle on is there by itself, and its orbits have pictures.
@@ -222,3 +222,14 @@ def test_a_motion_that_settled_is_followed(context, tmp_path):
         expect(page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
         page.close()
         assert explorer.faults == []
+
+
+def test_where_nothing_bifurcates_a_parameter_is_offered_over_which_something_does(explorer):
+    page = explorer.open("model=duffing&vary=d&span=0.04~0.06").page
+    offer = page.get_by_text("something bifurcates")
+    expect(offer).to_contain_text(re.compile(r"Over . something bifurcates \(LP at [\d.]+"))
+    assert explorer.specials() == []
+    with explorer.redrawn():
+        page.get_by_role("button", name="Show", exact=True).click()
+    expect(offer).to_have_count(0)
+    assert explorer.specials()[0].startswith("LP")

@@ -25,6 +25,7 @@ from slipfold.interface.explorer.curves import (
     plane_view,
 )
 from slipfold.interface.explorer.export import FIGURES, figure, python_text, toml_text, written
+from slipfold.interface.explorer.first_views import send_screen
 from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
@@ -259,6 +260,7 @@ STREAMS: Mapping[str, Callable[..., None]] = {
     "regimes": send_regimes,
     "sweep": send_sweep,
     "friction": send_friction,
+    "screen": send_screen,
 }
 """What answers a request by more than one view of its model."""
 

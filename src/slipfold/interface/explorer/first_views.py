@@ -9,18 +9,24 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.computations.response import response
 from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.interface.explorer.messages import ScreenRequest
+from slipfold.interface.explorer.plain import Check, Emit, number
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import built_in_models
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
+from slipfold.progress import Progress
+from slipfold.text import certain
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,9 @@ class ScreenSettings:
     # Spans that are tried, over the distance of a slider's ends from the value
     widths: tuple[float, ...] = (1.0, 3.0)
     seconds: float = 1.0  # the page waits for it
+    # Seconds of a processor for responses of a forced model, of all and of one: it is an offer
+    forced: float = 2.0
+    one: float = 0.7
     # Real part of an eigenvalue, over the largest modulus, that counts as positive
     positive: float = 1e-9
     halvings: int = 20  # of the way to a value that the model does not allow
@@ -92,6 +101,34 @@ def chosen_span(model: Model) -> tuple[str, list[float]]:
             *_, vary, span = min(found, key=lambda item: item[:2])
             return vary, span
     return usual, span_about(model, usual)
+
+
+def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) -> None:
+    """Look for a parameter over which a response has a bifurcation; send the first that is found.
+
+    Responses are followed over the ranges of the sliders, for a short time.
+    """
+    until = process_time() + SCREEN.forced
+    names = [item.name for item in model.variable_parameters if item.name != request.vary]
+    for name in names if model.forced else ():
+        end = min(until, process_time() + SCREEN.one)
+
+        def watch(progress: Progress, end: float = end) -> None:
+            check()
+            if process_time() > end:
+                raise KeyboardInterrupt
+
+        span = span_about(model, name)
+        try:
+            branches = response(model, name, (span[0], span[1]), on_progress=watch).branches
+        except InputError:
+            continue
+        points = [point for point in branches[0].special if point.type in BIFURCATION_TYPES]
+        if points:
+            value = number(certain(points[0].value, points[0].uncertainty))
+            send({"vary": name, "span": span, "type": points[0].type, "value": value, "done": True})
+            return
+    send({"vary": None, "done": True})
 
 
 def _screened(

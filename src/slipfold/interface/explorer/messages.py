@@ -132,6 +132,20 @@ class DiagramRequest(_ShownRequest):
     kind: Literal["diagram"]
 
 
+class ScreenRequest(_ModelRequest):
+    """A parameter over which the response has a bifurcation, where over this one it has none."""
+
+    seconds: ClassVar[float] = 20.0
+
+    kind: Literal["screen"]
+    vary: Name
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The parameter that is varied."""
+        return (self.vary,)
+
+
 class OnBranch(_Message):
     """A point on a branch of a diagram."""
 
@@ -284,6 +298,7 @@ class CancelRequest(_Request):
     kind: Literal["cancel"]
     of: Literal[
         "diagram",
+        "screen",
         "orbit",
         "plane",
         "simulation",
@@ -305,6 +320,7 @@ DrawnRequest = Annotated[
 
 _View = (
     DiagramRequest
+    | ScreenRequest
     | OrbitRequest
     | PlaneRequest
     | SimulationRequest

@@ -5,7 +5,7 @@ import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
 import {
-  STATISTICS, initialView, inside, spanOf, withPin, withPinName, withStart, withVaried, withoutPin,
+  STATISTICS, diagramRequest, initialView, inside, spanOf, withPin, withPinName, withStart, withVaried, withoutPin,
 } from "./view.js";
 
 export class CheckedLine {
@@ -235,6 +235,53 @@ export class SpecialPoints {
       element("button", { type: "button", class: "chip", title: special.sentence, on: { click: go } },
         glyph(special.type, special.criticality === "subcritical"), text));
   }
+}
+
+export class Elsewhere {
+  /** The element to put on the page. */
+  node = element("div", { class: "sentence", role: "status", hidden: true });
+  #session;
+  #asked = new Set();
+
+  /** Where nothing bifurcates in the first diagram of a forced model, look for a parameter over which something does. */
+  constructor(session) {
+    this.#session = session;
+    session.diagramArrived.subscribe(({ answer }) => answer.done && this.#consider(answer));
+    session.store.changed.subscribe(({ view, before }) => systemOf(view) !== systemOf(before) && this.#drop());
+  }
+
+  #consider({ branches }) {
+    const { model, view, requests, store } = this.#session;
+    const isQuiet = branches.every(({ special }) => special.length === 0);
+    if (!model.forced || !isQuiet || store.isLive || this.#asked.has(model.name)) return;
+    this.#asked.add(model.name);
+    const { also: _, span: __, show: ___, statistic: ____, ...request } = diagramRequest(view);
+    requests.ask({ ...request, kind: "screen" }, { onAnswer: (answer) => this.#offer(answer), onError: () => {} });
+  }
+
+  #offer({ vary, span, type, value }) {
+    if (!vary) return;
+    const quantity = this.#session.quantity(vary);
+    const show = () => this.#session.store.commit(withVaried(this.#session.view, vary, span));
+    this.node.hidden = false;
+    this.node.replaceChildren(
+      element("span", {}, `Over ${quantity.label ?? vary} something bifurcates (${type} at ${withUnit(quantity, Number(value.toPrecision(4)))}).`),
+      element("button", { type: "button", class: "small-button", on: { click: show } }, "Show"));
+  }
+
+  #drop() {
+    const { requests, model } = this.#session;
+    if (requests.isBusy("screen")) this.#asked.delete(model.name);
+    requests.cancel("screen");
+    this.node.hidden = true;
+    this.node.replaceChildren();
+  }
+}
+
+/** What the offer belongs to: all but the value of what is varied. */
+function systemOf(view) {
+  const { model, vary, parameters } = diagramRequest(view);
+  return JSON.stringify([model, vary, parameters]);
 }
 
 /** The marker of a special point, as in the diagram. */

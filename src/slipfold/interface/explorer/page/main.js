@@ -2,7 +2,7 @@
 
 import { BasinsPanel } from "./basins.js";
 import { Connection } from "./connection.js";
-import { DiagramControls, Pins, SpecialPoints } from "./diagram_panel.js";
+import { DiagramControls, Elsewhere, Pins, SpecialPoints } from "./diagram_panel.js";
 import { DiagramPlot } from "./diagram_plot.js";
 import { element, roving } from "./dom.js";
 import { ModelEditor, readLink } from "./model/editor.js";
@@ -105,7 +105,7 @@ function build(models, study, { view: given, sentence }) {
       pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node))],
       new DiagramControls(session).node, diagram.node,
       element("div", { class: "foot" }, element("div", { class: "legends" }, pins.legend, measured.legend),
-        new SpecialPoints(session).node), keyHelp()),
+        new SpecialPoints(session).node, new Elsewhere(session).node), keyHelp()),
     plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, plane.simulate, menus.plane.node], planeControls.node,
       element("div", { class: "plane-body" }, plane.node, element("div", { class: "plane-side" },
         plane.legend.node, plane.pointed.node, regimes.node))),
