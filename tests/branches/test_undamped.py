@@ -36,3 +36,17 @@ def test_a_branch_ends_where_rounding_decides_where_its_orbits_are():
         assert [end.kind for end in branch.ends] == ["unresolved"] * 2
         assert "damping" in branch.stopped.reason
         assert 0.8 < branch.parameter.max() < 1.1
+
+
+@pytest.mark.parametrize("span", [(0.6, 2), (2, 0.6)])
+def test_a_linear_oscillator_without_damping_runs_away_at_its_resonance(span):
+    # x = sin(W t)/(1 - W^2); beyond an amplitude of 6e5 rounding made a dozen branch points.
+    states = {"x": "v", "v": "-x + sin(W*t)"}
+    model = sf.System(
+        name="linear", parameters={"W": 1.5}, states=states, forcing={"period": "2*pi/W"}
+    )
+    (branch,) = sf.response(model, vary="W", span=span).branches
+    assert not branch.special
+    assert branch.stopped.kind == "unresolved"
+    assert branch.stopped.reason.startswith("the orbit runs away to ")
+    assert branch.stopped.value == pytest.approx(1, abs=1e-5)

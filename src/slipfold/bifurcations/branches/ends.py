@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.bifurcations import (
     span_end,
 )
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
-from slipfold.bifurcations.branches.stops import far_away
+from slipfold.bifurcations.branches.stops import far_away, size_in_scales
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
@@ -128,7 +128,7 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
         ahead = limit_ahead(orbits, last)
         if ahead is not None:
             return "limit", ahead
-        if float(np.abs(orbits.nodes(last.z) / orbits.scales).max()) > BIFURCATION.runs_away:
+        if size_in_scales(orbits, last) > BIFURCATION.runs_away:
             return failure.kind, far_away(orbits, last, "")
         largest = float(np.abs(last.multipliers).max(initial=0.0))
         if largest > BIFURCATION.sensitive:
@@ -151,6 +151,8 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
         if margin < (BIFURCATION.close_to_limit - 1) * room:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
+    if size_in_scales(orbits, last) > BIFURCATION.runs_away:
+        return failure.kind, far_away(orbits, last, "")
     met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
     if met and not singular and orbits.kind == "equilibrium":
         return failure.kind, far_away(orbits, last, ", where rates overflow")

@@ -27,6 +27,9 @@ class StopRules:
     family: int = 150
     # Equilibria with one value of the parameter, none of them singular, after which they run away
     away: int = 10
+    # States of an orbit, in their scales, beyond which it runs away, as where nothing damps a
+    # resonance: multipliers come within 1e-5 of one, and branch points of rounding follow
+    far: float = 5e4
     # Change of the parameter, in spans, that counts as zero: special points are located more
     # exactly, so that all further ones would have the same value
     constant: float = 1e-9
@@ -158,6 +161,10 @@ class Families:
             where = f" while {orbits.vary} stays at {orbits.value(points[-1].z):.9g}"
             end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
             return MonitorResult(stop=Stop(interval.point, end))
+        if orbits.kind != "equilibrium" and size_in_scales(orbits, interval.point) > STOP.far:
+            where = f" at {orbits.vary} = {orbits.value(interval.point.z):.9g}"
+            end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
+            return MonitorResult(stop=Stop(interval.point, end))
         values = [point.z[-1] for point in points]
         if len(interval.traced.points) < STOP.family or max(values) - min(values) > STOP.constant:
             return MonitorResult()
@@ -177,6 +184,11 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     values = [point.z[-1] for point in points]
     regular = all(abs(point.tests["fold"]) > BIFURCATION.on_circle for point in points)
     return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
+
+
+def size_in_scales(orbits: Orbits, point: OrbitPoint) -> float:
+    """Return the largest state of an orbit, in the scales of states."""
+    return float(np.abs(orbits.nodes(point.z) / orbits.scales).max())
 
 
 def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
