@@ -8,6 +8,7 @@ import slipfold as sf
 from helpers.toy_models import LinearOscillator
 from slipfold import Settings, SlidingOscillator, Steps, periodic_orbit
 from slipfold.bifurcations.branches.response import trace_response
+from slipfold.orbits.extrema import find_extrema
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),
@@ -95,3 +96,25 @@ def test_sharp_minimum_of_the_spring_near_collapse():
     dense = orbit.model.evaluate("l", states, time).min()
     assert low <= dense * (1 + 1e-9)
     assert low == pytest.approx(dense, abs=1e-6)
+
+
+def test_of_humps_nearly_as_high_the_highest_counts():
+    # x is exactly the sum whose derivative is its first term: three humps, 3e-3 apart.
+    hump = "sin(3*t + p)*(1 + 2e-3*cos(t))"
+    slope = "3*cos(3*t + p)*(1 + 2e-3*cos(t)) - 2e-3*sin(3*t + p)*sin(t)"
+    model = sf.System(
+        name="humps",
+        parameters={"p": 0.0, "a": 1.0, "T": {"value": 2 * np.pi, "above": 0}},
+        states={"x": f"a*({slope}) - (x - a*{hump})"},
+        forcing={"period": "T", "amplitude": "a"},
+    )
+    shifts, times = np.linspace(0, 2 * np.pi, 24), np.linspace(0, 2 * np.pi, 100_001)
+
+    def exact(t):
+        return np.sin(3 * t + shifts[:, None]) * (1 + 2e-3 * np.cos(t))
+
+    parameters = np.array([model.replace(p=p).vector for p in shifts])
+    nodes = exact(np.arange(8) * np.pi / 4)[:, :, None]
+    found = find_extrema(model, parameters, nodes, 1, ["x"])
+    np.testing.assert_allclose(found.maximum[:, 0], exact(times).max(axis=1), rtol=1e-8)
+    np.testing.assert_allclose(found.minimum[:, 0], exact(times).min(axis=1), rtol=1e-8)

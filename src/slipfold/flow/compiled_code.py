@@ -488,7 +488,17 @@ class Evaluated:
     def _evaluate(
         self, function: Any, states: Array, phases: Array, c: Constants, more: Array | None = None
     ) -> Array:
-        one = c.values.ndim == 1
-        values = np.repeat(c.values[:, None], len(states), axis=1) if one else c.values.T
-        rows = [states.T, phases[None], values, *([] if more is None else [more.T])]
-        return function(np.ascontiguousarray(np.concatenate(rows))).T
+        """Evaluate a function of many states; constants in rows serve as many states each."""
+        (m, n), count = states.shape, c.values.shape[-1]
+        # Rows are written where they are read: of many states, copies take most of the time.
+        inputs = np.empty((n + 1 + count + (0 if more is None else more.shape[1]), m))
+        inputs[:n] = states.T
+        inputs[n] = phases
+        known = inputs[n + 1 : n + 1 + count]
+        if c.values.ndim == 1:
+            known[:] = c.values[:, None]
+        else:
+            known.reshape(count, len(c.values), -1)[:] = c.values.T[:, :, None]
+        if more is not None:
+            inputs[n + 1 + count :] = more.T
+        return function(inputs).T

@@ -250,10 +250,9 @@ class Flow(Evaluated):
 
         Shapes: parameters (n_p,); scales (n,) or (m, n).
         """
-        values, ones = self.coefficients(parameters), np.ones(self.dimension)
         return Constants(
-            values,
-            ones if scales is None else scales,
+            self.coefficients(parameters),
+            np.ones(self.dimension) if scales is None else scales,
             lambda: self.coefficient_slopes(parameters),
         )
 

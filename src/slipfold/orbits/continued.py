@@ -18,7 +18,7 @@ from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.discretization import STAGES, Discretization
 from slipfold.orbits.kinds import STANDING
-from slipfold.orbits.limits import limit_margins, limit_met
+from slipfold.orbits.limits import limit_met, margins_at
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.meshes import INTERVALS
@@ -259,8 +259,8 @@ def through_stick(
     limits = orbits.model.limits
     if not beyond or not limits:
         return None
-    earlier = None if before is None else limit_margins(before.curve.orbits, before.z)
-    if limits[limit_met(limit_margins(orbits, point.z), earlier)].name not in beyond:
+    earlier = None if before is None else margins_at(before)
+    if limits[limit_met(margins_at(point), earlier)].name not in beyond:
         return None
     by = SwitchedShooting(orbits.model, orbits.by.free, orbits.period)
     other = curve.described_by(by)

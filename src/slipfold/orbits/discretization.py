@@ -125,6 +125,7 @@ class Discretization(ABC):
         """Take scales of the states, shape (n,); residuals are measured in `sizes` nevertheless."""
         self.scales = scales
         self.angle_periods = self.model.angle_periods / scales
+        self.revolves = bool(self.angle_periods.any())
         self.ratios = scales[None, :] / scales[:, None]
         self.parameter_units = self.units / scales[:, None]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Mask
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
@@ -42,21 +42,27 @@ def revolutions_of_segments(
 class ExtremaSearch:
     """The search for extrema between samples."""
 
-    samples: int = 64  # a forcing period, which find the right hump
+    # Of a forcing period: most extrema are then those of polynomials through samples
+    samples: int = 192
     zoom: int = 16  # samples of each closer look
     zooms: int = 2  # closer looks: the second resolves 1e-3 of a forcing period
     max_zooms: int = 7  # where a trajectory turns sharply, as the speed of a relaxation
     neighbors: int = 3  # samples to either side that a polynomial goes through: 1e-13 in value
     bend: float = 1e-4  # fraction of the value by which these may exceed the minimum
+    # Sixth difference of these, over the value, below which the polynomial is as good as it was
+    # measured to be: with 1e-9 it is off by 5e-11 where friction is steep, with this by 6e-14
+    smooth: float = 1e-11
     jump: float = 1 / 8  # change between samples, over the range, that may hide a peak
     periods: int = 256  # examined of a trajectory that has not converged
+    memory: int = 4_000_000  # numbers that are sampled at once: 32 MB
+    dense: int = 1024  # samples of a forcing period of a motion with stick, which has corners
 
 
 SEARCH = ExtremaSearch()
 
 
 TOGETHER = 32
-"""Orbits sampled at once: they fill the lanes of the flow, and the samples stay small."""
+"""Orbits examined at once: they fill the lanes of the flow."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -174,8 +180,10 @@ def find_extrema(
     columns = np.array([flow.output_index(name) for name in names])
     low = np.empty((len(nodes), len(names)))
     high = np.empty_like(low)
-    for first in range(0, len(nodes), TOGETHER):
-        some = slice(first, first + TOGETHER)
+    numbers = SEARCH.samples * period * (flow.dimension + len(flow.output_names))
+    together = min(TOGETHER, max(1, SEARCH.memory // numbers))
+    for first in range(0, len(nodes), together):
+        some = slice(first, first + together)
         low[some], high[some] = _extrema_of_orbits(
             model, flow.constants(parameters[some], scales), nodes[some], period, columns
         )
@@ -207,10 +215,14 @@ def _extrema_of_orbits(
     side, column, orbit = (index.ravel() for index in np.indices(nearest.shape))
     signs = np.array([1.0, -1.0])[side]
     at = nearest.ravel()
+    beside = values[orbit[:, None], (at[:, None] + _PLACES) % total, column[:, None]]
+    beside *= signs[:, None]
+    found, rough = _least_between(beside), np.flatnonzero(~_is_smooth(beside))
+    column, orbit, at, signs = column[rough], orbit[rough], at[rough], signs[rough]
     earlier = orbit * total + (at - 1) % total
     states, start, width = samples[earlier], phases[earlier], np.full(len(orbit), spacing)
     jumping, places = _jumps(values)
-    if len(jumping):
+    if len(jumping) and len(rough):
         first, own = jumping * total + places, constants.rows(jumping)
         closer = flow.sample(
             samples[first], phases[first], phases[first] + spacing, SEARCH.zoom, own
@@ -229,9 +241,10 @@ def _extrema_of_orbits(
                 sample = pieces[piece], max(place - 1, 0)
                 states[row], start[row] = closer[sample], times[sample]
                 width[row] = spacing / SEARCH.zoom
-    own = constants.rows(orbit)
-    found = signs * refine_minimum(flow, own, states, start, width, columns[column], signs)
-    low, high = found.reshape(nearest.shape).swapaxes(1, 2)
+    if len(rough):
+        own = constants.rows(orbit)
+        found[rough] = refine_minimum(flow, own, states, start, width, columns[column], signs)
+    low, high = (found.reshape(nearest.shape) * [[[1.0]], [[-1.0]]]).swapaxes(1, 2)
     revolving = np.zeros((count, len(flow.output_names)), dtype=bool)
     revolving[:, : ahead.shape[2]] = ahead.sum(axis=1) != 0
     turning = revolving[:, columns]
@@ -284,7 +297,9 @@ def refine_minimum(
         beside = values[rows[:, None], best[:, None] + _PLACES]
         least, bend = beside.min(axis=1), _bend(beside)
         # Each continues individually: others change no digit of it.
-        on = (bend > SEARCH.bend * np.abs(values).max(axis=1)) | (zoom < SEARCH.zooms)
+        on = bend > SEARCH.bend * np.abs(values).max(axis=1)
+        if zoom < SEARCH.zooms:
+            on |= ~_is_smooth(beside)
         if enough is not None:
             on &= ~(least - np.abs(bend) > enough[going])
         on &= zoom < SEARCH.max_zooms
@@ -300,6 +315,14 @@ def refine_minimum(
 _PLACES = np.arange(-SEARCH.neighbors, SEARCH.neighbors + 1)
 _ORDERS = np.arange(len(_PLACES))
 _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
+
+
+_SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+
+
+def _is_smooth(values: Array) -> Mask:
+    """Return whether samples lie on a polynomial, (k, 2 neighbors + 1) to (k,)."""
+    return np.asarray(np.abs(values @ _SIXTH) <= SEARCH.smooth * np.abs(values).max(axis=1))
 
 
 def _middle(values: Array) -> NDArray[np.intp]:
@@ -340,7 +363,7 @@ def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     count = motion.steady_periods(1 if settlement.settled else SEARCH.periods)
     columns = [flow_of(motion.model).output_index(name) for name in names]
     if motion.sticking is not None:
-        values = motion.steady_outputs(count, SEARCH.zoom * SEARCH.samples)[:, columns]
+        values = motion.steady_outputs(count, SEARCH.dense)[:, columns]
         return Extrema(tuple(names), values.min(axis=0)[None], values.max(axis=0)[None])
     model = motion.steady_model
     # A round of a cycle takes no whole number of intervals, so that it begins at the last state.

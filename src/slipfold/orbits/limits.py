@@ -78,6 +78,14 @@ def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
     return found[0][0], found[1][0]
 
 
+def margins_at(point: OrbitPoint) -> Array:
+    """Return the margins of a point's orbit, computed once: near a singularity that takes long."""
+    known = vars(point)
+    if "margins" not in known:
+        known["margins"] = limit_margins(point.curve.orbits, point.z)
+    return np.asarray(known["margins"])
+
+
 def many_margins(
     flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
 ) -> Array:
@@ -97,8 +105,8 @@ def _each(
     grid = _grid(segments, period)
     phases, spacing = grid.ravel(), period / grid.size
     each = constants.repeated(segments)
-    samples = flow.along(nodes.reshape(-1, n), np.tile(grid, (count, 1)), each)
-    at = np.tile(phases, count)
+    samples = flow.along(nodes.reshape(-1, n), np.concatenate([grid] * count), each)
+    at = np.concatenate([phases] * count)
     values = flow.outputs(samples.reshape(-1, n), at, constants.repeated(grid.size))[:, columns]
     samples, values = samples.reshape(count, -1, n), values.reshape(count, -1, len(limits))
     lowest, far = values.min(axis=1), far_above(bounds, np.ptp(values, axis=1))

@@ -95,15 +95,18 @@ class Shooting(Discretization):
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
-        ends = self.ends(nodes, self.start, self.end, constants)
-        return wrap_angles((ends - nodes[self._following]) / self.scales, self.angle_periods)
+        return self._gaps(nodes, self.ends(nodes, self.start, self.end, constants))
+
+    def _gaps(self, nodes: Array, ends: Array) -> Array:
+        """Return by how much the ends of segments miss the next node, in scaled states."""
+        gaps = (ends - nodes[self._following]) / self.scales
+        return wrap_angles(gaps, self.angle_periods) if self.revolves else gaps
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.propagate(nodes, self.start, self.end, constants)
-        mismatch = wrap_angles((ends - nodes[self._following]) / self.scales, self.angle_periods)
-        units = self.units / np.sqrt(self.segments)
-        return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
+        units = self.units / np.sqrt(self.segments) / self.scales[:, None]
+        return self._gaps(nodes, ends), matrices * self.ratios, vectors * units
 
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array

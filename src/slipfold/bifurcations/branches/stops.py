@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from slipfold.bifurcations.branches.bifurcations import BIFURCATION
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
-from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.limits import margins_at
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
 
@@ -50,22 +49,15 @@ class Limits:
 
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
-        self._known: WeakKeyDictionary[OrbitPoint, NDArray[np.float64]] = WeakKeyDictionary()
-
-    def _margins(self, point: OrbitPoint) -> NDArray[np.float64]:
-        """Return the margin of each limit, computed once: near a singularity that takes long."""
-        if point not in self._known:
-            self._known[point] = limit_margins(self._curve.orbits, point.z)
-        return self._known[point]
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the first of the limits is broken."""
         curve, orbits, cuts = self._curve, self._curve.orbits, []
-        for index in np.flatnonzero(~(self._margins(interval.point) > 0)):
+        for index in np.flatnonzero(~(margins_at(interval.point) > 0)):
             limit = orbits.model.limits[index]
 
             def margin(item: OrbitPoint, index: int = int(index)) -> float:
-                return float(self._margins(item)[index])
+                return float(margins_at(item)[index])
 
             ends = interval.before, interval.point
             at = locate(curve, interval.history, *ends, margin, STOP.limit_close)

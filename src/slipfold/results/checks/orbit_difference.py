@@ -351,11 +351,6 @@ class _Whole:
     def forced(self) -> bool:
         return self.orbit.model.forced
 
-    @property
-    def anchors(self) -> NDArray[np.intp]:
-        """Numbers of the pieces that begin at nodes of the orbit."""
-        return np.searchsorted(self.retraced.edges, self.solution.phases[:-1])
-
     @cached_property
     def rates(self) -> Array | None:
         """Direction of a cycle's flow at the beginnings, shape (N, n); None of a forced orbit."""
@@ -367,42 +362,28 @@ class _Whole:
 
 def _compared(whole: Sequence[_Whole], free: Array | float) -> list[_OrbitComparison]:
     """Compare orbits with polynomials in pieces, by one step of Newton's method."""
-    condensed = _condensed(whole)
-    ends = np.cumsum([len(item.retraced.nodes) for item in whole])
-    anchors = [item.anchors for item in whole]
-    offsets = np.concatenate([[0], ends[:-1]])
-    between = _between(
-        np.concatenate([own + first for own, first in zip(anchors, offsets, strict=True)]),
-        condensed,
+    condensed = np.split(
+        _condensed(whole), np.cumsum([len(item.retraced.nodes) for item in whole])[:-1]
     )
-    n = condensed.shape[1]
+    n = condensed[0].shape[1]
     # Each piece has errors of its own.
-    matrices = np.split(condensed[:, :, :n], ends[:-1])
-    known = _multipliers(matrices, [item.rates for item in whole])
-    segments = np.split(between, np.cumsum([len(own) for own in anchors])[:-1])
-    return [
-        _comparison(*given, free) for given in zip(whole, anchors, segments, known, strict=True)
-    ]
+    known = _multipliers([own[:, :, :n] for own in condensed], [item.rates for item in whole])
+    given = zip(whole, condensed, known, strict=True)
+    return [_comparison(item, pieces, *found, free) for item, pieces, found in given]
 
 
 def _comparison(
-    whole: _Whole,
-    anchors: NDArray[np.intp],
-    segments: Array,
-    known: tuple[Complex, Array],
-    free: Array | float,
+    whole: _Whole, pieces: Array, values: Complex, moved: Array, free: Array | float
 ) -> _OrbitComparison:
-    """Compare one of them, by what leads from node to node and by multipliers."""
-    (orbit, retraced), (values, moved) = (whole.orbit, whole.retraced), known
-    own, n = (0 if whole.forced else 1), retraced.nodes.shape[1]
+    """Compare one of them, by how its pieces end and by multipliers with their sensitivities."""
+    orbit, retraced, own = whole.orbit, whole.retraced, (0 if whole.forced else 1)
+    anchors = np.searchsorted(retraced.edges, whole.solution.phases[:-1])
+    matrices, by_parameters, defects = _between(anchors, pieces)
     rates = None if whole.rates is None else whole.rates[anchors]
     # By either method: a wrong critical multiplier must not make the orbit seem less well known.
     singular = is_singular(orbit.multipliers, own) or is_singular(values, own)
     off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
-    defects = segments[:, :, n + 1]
-    solved = _solved(
-        segments[:, :, :n], segments[:, :, n], defects, rates, off if singular else None
-    )
+    solved = _solved(matrices, by_parameters, defects, rates, off if singular else None)
     step, growth, along = solved.step, solved.growth, solved.along
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
@@ -464,8 +445,8 @@ def _condensed(whole: Sequence[_Whole]) -> Array:
     return condensed
 
 
-def _between(anchors: NDArray[np.intp], single: Array) -> Array:
-    """Condense further: what leads from one anchor to the next, shape (anchors, n, n + 2)."""
+def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Array]:
+    """Condense further: what leads from one anchor to the next."""
     n, counts = single.shape[1], np.diff(np.append(anchors, len(single)))
     result = single[anchors]
     for j in range(1, counts.max()):
@@ -474,7 +455,7 @@ def _between(anchors: NDArray[np.intp], single: Array) -> Array:
         whole = piece[:, :, :n] @ result[some]
         whole[:, :, n:] += piece[:, :, n:]
         result[some] = whole
-    return result
+    return result[:, :, :n], result[:, :, n], result[:, :, n + 1]
 
 
 class _SolvedStep(NamedTuple):
@@ -535,18 +516,12 @@ def _multipliers(
 
     Shapes: matrices (N, n, n) of each, rates (N, n) of cycles.
     """
-    along = list[Array | None]()
-    across = list[Array]()
-    for own, direction in zip(matrices, rates, strict=True):
-        parts = (None, own) if direction is None else without_motion(own, direction)
-        along.append(parts[0])
-        across.append(parts[1])
-    values, moved = _sensitive_eigenvalues(across)
+    given = zip(matrices, rates, strict=True)
+    parts = [(None, own) if f is None else without_motion(own, f) for own, f in given]
+    values, moved = _sensitive_eigenvalues([across for _, across in parts])
     return [
-        (own, change)
-        if product is None
-        else (np.append(own, np.prod(product)), np.append(change, 0.0))
-        for own, change, product in zip(values, moved, along, strict=True)
+        (own, change) if along is None else (np.append(own, np.prod(along)), np.append(change, 0.0))
+        for (along, _), own, change in zip(parts, values, moved, strict=True)
     ]
 
 
