@@ -90,6 +90,11 @@ STRUCTURES: Contenders = {
         "peers/balance_structures.py", "--repeat", "1", "--settings", "fine"
     ),
     "pyHarm": ("peers/pyharm_structures.py", "--repeat", "1"),
+    "slipfold, dry": ("ours_structures.py", "--repeat", "3", "--settings", "dry"),
+    "time stepping, dry": ("peers/stepping_structures.py", "--repeat", "1"),
+    "time stepping, dry, fine": (
+        "peers/stepping_structures.py", "--repeat", "1", "--settings", "fine"
+    ),
 }  # fmt: skip
 
 STUDY = "many_cases/measure.py"

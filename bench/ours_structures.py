@@ -1,6 +1,6 @@
 """slipfold on the strip, printed as the peers print theirs.
 
-    python bench/ours_structures.py --repeat 2
+    python bench/ours_structures.py --repeat 2 [--settings smooth|dry]
 
 From sparse matrices to the response with stability and bifurcations. `built` is what is done
 once: modes, the reduction, compiled forces. The orbits that are compared are outside the measured
@@ -14,7 +14,7 @@ import numpy as np
 import slipfold as sf
 from peers import record
 from slipfold.version import package_version
-from strip import BAND, COMPARED, DAMPING, FORCE, FRICTION, MESHES, strip
+from strip import BAND, COMPARED, DAMPING, DRY_SIZES, FORCE, FRICTION, MESHES, strip
 
 ACCURACY, HARMONIC = 1e-5, 25
 """Largest error of receptances up to this harmonic."""
@@ -23,12 +23,16 @@ SAMPLES = 512
 """Of an orbit: harmonics up to 25 matter to 1e-9."""
 
 
-def structure(size: int) -> tuple[sf.Structure, float]:
+SIZES = {"smooth": tuple(MESHES), "dry": DRY_SIZES}
+
+
+def structure(size: int, kind: str = "smooth") -> tuple[sf.Structure, float]:
     """The strip as a user would write it, and its lowest frequency in Hz."""
     made = strip(size)
     lowest = made.lowest / (2 * np.pi)
     tip = f"q{made.tip + 1}"
-    law = sf.Regularized(sf.Coulomb(mu_k=FRICTION), e=made.rise)
+    dry = sf.Coulomb(mu_k=FRICTION)
+    law = dry if kind == "dry" else sf.Regularized(dry, e=made.rise)
     model = sf.Structure(
         made.mass,
         sf.ProportionalDamping(beta_K=2 * DAMPING / made.lowest),
@@ -44,11 +48,11 @@ def structure(size: int) -> tuple[sf.Structure, float]:
 
 def main() -> None:
     """Warm up, time, print the record."""
-    options = record.arguments("slipfold on the strip")
+    options = record.arguments("slipfold on the strip", SIZES)
     found = record.Record("slipfold", package_version(), {}, 0.0, {}, processor_seconds={})
-    for size in MESHES:
+    for size in SIZES[options.settings]:
         begun = time.process_time()
-        model, lowest = structure(size)
+        model, lowest = structure(size, options.settings)
         span = (BAND[0] * lowest, BAND[1] * lowest)
         sf.response(model, "f", span)
         built, times = time.process_time() - begun, []

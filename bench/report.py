@@ -261,7 +261,7 @@ def response_brief(measured: Measured) -> list[str]:
     ]
 
 
-BESIDES = (threshold_map, ensemble, study, stick, batch, after_the_hopf, size, structures, latency)
+BESIDES = (threshold_map, ensemble, study, stick, batch, after_the_hopf, size, latency)
 """What has a row or two in the last table of docs/reference/benchmarks.md."""
 
 
@@ -277,6 +277,7 @@ def brief(measured: Measured) -> str:
             *(response_brief(measured) if measured.of("responses") else []),
             *([locus.brief(measured.of("locus"))] if measured.of("locus") else []),
             table([*heads, "largest error", "its error"], branches),
+            *(structures.tables(measured.of("structures")) if measured.of("structures") else []),
             table(["besides", "slipfold", "beside it"], [*besides, *commands]),
             *left_out(measured),
             f"On {machine.description()}. Times are medians of one run.",

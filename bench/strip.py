@@ -21,6 +21,9 @@ LENGTH, HEIGHT, DEPTH, YOUNG, POISSON, DENSITY = 0.3, 0.02, 0.005, 210e9, 0.3, 7
 MESHES = {20: (5, 1), 100: (10, 4), 1000: (50, 9), 10_000: (200, 24)}
 """Elements along and across, by degrees of freedom."""
 
+DRY_SIZES = (100, 1000)
+"""Those with dry friction."""
+
 DAMPING, FORCE, FRICTION, RISE = 0.01, 1.0, 0.25, 0.1
 
 BAND = (0.85, 1.15)

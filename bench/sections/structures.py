@@ -14,6 +14,9 @@ Records = dict[str, dict[str, Any]]
 REFERENCE = "harmonic balance, fine"
 """Its harmonics are three times as many as those of the programs that are compared."""
 
+DRY = "slipfold, dry"
+"""What time stepping is compared with: its differences fall with the steps."""
+
 SECONDS, POINT, GROWTH, FASTER, FREQUENCIES = 1, 5, 2, 10, 121
 """Aims: of a response in s, a point in ms, its growth with the size, beside harmonic balance, which
 takes so many frequencies for the response."""
@@ -30,11 +33,13 @@ def error(record: dict[str, Any], reference: dict[str, Any], size: str) -> float
     return max(abs(one / other - 1) for one, other in pairs)
 
 
-def rows(records: Records) -> Iterator[list[str]]:
+def rows(records: Records, *, dry: bool = False) -> Iterator[list[str]]:
     """One row a program and size."""
-    reference = records.get(REFERENCE)
+    reference = records.get(DRY if dry else REFERENCE)
     for who, record in records.items():
-        for size, points in record["points"].items() if who != REFERENCE else ():
+        for size, points in record["points"].items():
+            if who == REFERENCE or ("dry" in who) != dry:
+                continue
             once = record["settings"].get(size, {})
             yield [
                 size,
@@ -50,17 +55,29 @@ def rows(records: Records) -> Iterator[list[str]]:
             ]
 
 
+HEADS = ("DOF", "", "modes", "once s", "points", "response s", "a point, ms", "error")
+
+
 def section(records: Records) -> list[str]:
     """The section of the report."""
-    heads = ["DOF", "", "modes", "once s", "points", "response s", "a point, ms", "error"]
+    return ["## Structures", *tables(records)]
+
+
+def tables(records: Records) -> list[str]:
+    """Its tables with what they show, for the benchmarks page too."""
+    smooth, dry = (
+        sorted(rows(records, dry=dry), key=lambda row: int(row[0])) for dry in (False, True)
+    )
     return [
-        "## Structures",
         "A clamped strip of plane finite elements with a force and regularized friction at its "
         "tip, within 15 % of its lowest frequency: processor time, one thread. slipfold finds "
         "stability and bifurcations too. The error is that of the tip's first harmonic at three "
         "frequencies, from 75 harmonics with the full matrices. pyHarm has 7 harmonics and another "
         "law, elastic Coulomb friction.",
-        table(heads, sorted(rows(records), key=lambda row: int(row[0]))),
+        table([*HEADS], smooth),
+        "With Coulomb's law itself, where the tip sticks and slips: slipfold beside time stepping "
+        "to three steady states, without stability. The error is the difference from slipfold's.",
+        table([*HEADS], dry),
     ]
 
 
@@ -84,15 +101,3 @@ def aim_rows(records: Records) -> Iterator[list[str]]:
         faster = each(plain, size) * FREQUENCIES / used(ours, size)
         yield [f"{FASTER} times faster than harmonic balance, {size} degrees of freedom",
                f"{faster:.2g} times", verdict(faster >= FASTER)]  # fmt: skip
-
-
-def brief(records: Records) -> Iterator[list[str]]:
-    """Rows for the benchmarks page."""
-    ours, plain = records["slipfold"], records.get("harmonic balance")
-    for size, points in ours["points"].items():
-        theirs = plain and 1e3 * each(plain, size)
-        yield [
-            f"response of a structure of {size} degrees of freedom with friction",
-            f"{points} points in {used(ours, size):.2g} s, with stability",
-            f"harmonic balance {theirs:.2g} ms a point, without" if theirs else "",
-        ]
