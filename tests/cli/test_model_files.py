@@ -202,6 +202,12 @@ def test_response_of_a_structure_and_its_saved_result(frame, tmp_path):
         diagram.model.replace(f=1.0)
     ).multipliers.shape == fold.multipliers.shape  # fmt: skip
     assert run("plot", str(out)).exit_code == 0
+    rows, measure = tmp_path / "level.csv", "level re 1 um"
+    assert run("plot", str(out), "--measure", measure, "--out", str(rows)).exit_code == 0
+    (head, first, *_), name = rows.read_text().splitlines(), diagram.model.shown[0]
+    assert head == f"branch,f (Hz),level {name} (dB re 1 um),type"
+    level = diagram.branches[0].orbit(0).level(name, "1 um")
+    assert float(first.split(",")[2]) == pytest.approx(level, abs=1e-12)
 
 
 # -- friction laws and contacts ----------------------------------------------------------------

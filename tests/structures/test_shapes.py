@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from tests.helpers.beams import free_beam
+from tests.helpers.command_line import run
 
 import slipfold as sf
 from slipfold import InputError, Mesh, Structure
@@ -208,3 +209,30 @@ def test_all_sectors_of_a_disk():
         disk.shapes(mesh, states, axis="w")
     with pytest.raises(InputError, match="axis = 'z' is that of sectors, and the structure has"):
         cantilever().shapes(line(), axis="z")
+
+
+def test_shapes_by_the_command(tmp_path):
+    model, nodes, rods, out = (tmp_path / name for name in ("a.toml", "n.csv", "e.csv", "a.vtk"))
+    model.write_text(
+        "[structure]\nM = { diagonal = [1, 1, 1] }\nK = [[2, -1, 0], [-1, 2, -1], [0, -1, 2]]\n"
+        'names = "w1 w2 w3"\n'
+    )
+    nodes.write_text("node,x,y\n0,0,0\n1,1,0\n2,2,0\n3,3,0\n4,4,0\n")
+    rods.write_text("node1,node2\n0,1\n1,2\n2,3\n3,4\n")
+    given = "shapes", str(model), "--mesh", str(nodes), "--elements", str(rods)
+    given = *given, "--directions", "w=y", "--modes", "2", "--out"
+    done = run(*given, str(out))
+    assert done.exit_code == 0
+    assert "mode 1, 0.1218 Hz, mode 2, 0.2251 Hz" in done.stderr
+    middle = sf.Structure.from_toml(model).shapes(Mesh.read(nodes, rods, {"w": "y"}), modes=2)
+    assert "mode_2" in out.read_text().replace(" ", "_")
+    assert abs(middle.displacements[0, 2, 1]) == 1
+    assert run(*given, str(tmp_path / "a.png"), "--mode", "2").exit_code == 0
+    for wrong, word in (
+        ((*given, str(tmp_path / "a.txt")), "no ending of shapes; give .vtk"),
+        (("shapes", "duffing", "--mesh", str(nodes)), "duffing is no structure"),
+        ((*given[:-3], "--modes", "0"), "modes"),
+    ):
+        refused = run(*wrong)
+        assert refused.exit_code == 2
+        assert word in refused.stderr

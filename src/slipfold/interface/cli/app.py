@@ -115,6 +115,10 @@ COMMANDS = {
         "List the built-in models, or parameters, states, outputs and limits of one of them.",
         models.READERS,
     ),
+    "shapes": Command(
+        "slipfold.interface.cli.shapes:shapes",
+        "Write the modes of a structure on its mesh, or draw one of them.",
+    ),
     "plot": Command("slipfold.interface.cli.plot:plot", "Draw a saved result.", plot.READERS),
     "explore": Command(
         "slipfold.interface.cli.explore:explore",

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from slipfold.declarations import Option
 from slipfold.errors import InputError
 from slipfold.interface.cli.commands import argument, given_text
 from slipfold.interface.cli.running import note
+
+if TYPE_CHECKING:
+    from slipfold.results.diagram import Diagram
 
 FORMATS = ("png", "pdf", "svg")
 
@@ -59,7 +62,11 @@ Quantity = Annotated[
 ]
 Out = Annotated[
     str | None,
-    Option("Figure to write: .png, .pdf or .svg; by default RESULT.png.", metavar="FILE"),
+    Option(
+        "Figure to write: .png, .pdf or .svg; by default RESULT.png. Of a response also .csv: what "
+        "is drawn, at all points.",
+        metavar="FILE",
+    ),
 ]
 
 
@@ -83,10 +90,16 @@ def plot(
 
     path = Path(result).with_suffix(".png") if out is None else Path(out)
     form = path.suffix.lower().lstrip(".")
-    if form not in FORMATS:
+    if form not in (*FORMATS, "csv"):
         raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
     check_writable(path)
     saved = load(result)
+    if form == "csv":
+        if not isinstance(saved, Diagram):
+            raise InputError(f"{path} is for the curves of a response; give .png, .pdf or .svg")
+        write_file(path, _rows(saved, output, measure or "max").encode())
+        note(f"wrote {path}")
+        return
     options = {
         "output": output,
         "measure": measure,
@@ -110,3 +123,25 @@ def plot(
     height = 0.5 if kind == "timeline" else 1.25
     write_file(path, drawn(lambda ax: figured.plot(ax=ax, **given), form, height))
     note(f"wrote {path}")
+
+
+def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
+    """Return what a figure of a response draws, comma-separated: a row a point or special point."""
+    from slipfold.lines import STUCK, is_level, level_unit, measured_along, measured_at
+    from slipfold.models.levels import unit_of
+    from slipfold.results.tables import Frame
+
+    model, shown = diagram.model, output or diagram.model.shown[0]
+    rows: list[tuple[Any, ...]] = []
+    for branch in diagram.branches:
+        values = measured_along(branch, shown, measure)
+        known = [*zip(branch.arclength, branch.parameter, values, [""] * len(branch), strict=True)]
+        for item in branch.special:
+            value = measured_at(item, shown, measure)
+            known.append((item.arclength, item.value, value, item.type))
+        rows += [(branch.id, *row) for _, *row in sorted(known, key=lambda each: each[0])]
+    names = "branch", diagram.vary, f"{measure.partition(' re ')[0]} {shown}", "type"
+    unit = "" if measure == STUCK else unit_of(model, shown)
+    unit = level_unit(model, shown, measure) if is_level(measure) else unit
+    units = {diagram.vary: model.parameter(diagram.vary).unit, names[2]: unit}
+    return Frame(dict(zip(names, zip(*rows, strict=True), strict=True)), units).to_csv()
