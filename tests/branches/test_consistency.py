@@ -66,7 +66,7 @@ any_parameters = given(
 )
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @any_parameters
 def test_any_parameters(vary, reverse, f, share, mu, alpha, Vd):
     check_response(vary, reverse, f, share, mu, alpha, Vd)

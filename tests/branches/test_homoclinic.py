@@ -74,11 +74,11 @@ def test_cycles_arrive_at_the_homoclinic_orbit(sign):
 def test_shooting_and_collocation_agree_within_their_uncertainties():
     folds = {}
     for method in ("automatic", "collocation"):
-        settings = sf.Settings(largest_period=1, discretization=method)
+        settings = sf.Settings(largest_period=1, largest_duration=3.4, discretization=method)
         diagram = sf.response(sf.System(CHUA), vary="alpha", span=(6.5, 12), settings=settings)
         folds[method] = [item for item in diagram.branches[1].special if item.type == "LP"]
-    assert len(folds["automatic"]) >= 6
-    for shot, other in zip(folds["automatic"][:6], folds["collocation"], strict=False):
+    assert len(folds["automatic"]) >= 3
+    for shot, other in zip(*folds.values(), strict=True):
         assert abs(shot.value - other.value) <= shot.uncertainty + other.uncertainty
         # Errors of the mesh, which large multipliers magnify, are said.
         apart = np.abs(other.multipliers[:, None] - shot.multipliers).min(axis=1)

@@ -62,6 +62,7 @@ def test_chaos_is_sensitive(model):
     assert Checked.from_json(checked.to_json()) == checked
 
 
+@pytest.mark.long
 def test_a_chaotic_branch_of_two_wells_is_checked():
     # A secant along the branch came to rest, and its slope was divided by zero.
     model = sf.System(

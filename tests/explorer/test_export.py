@@ -242,7 +242,11 @@ def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, ca
     assert names["solution"].states[0].tolist() == [0.1, 0, 0, 0.5]
 
 
-@pytest.mark.parametrize("view", [PLANE, FREE_PLANE], ids=["forced", "autonomous"])
+@pytest.mark.parametrize(
+    "view",
+    [pytest.param(PLANE, marks=pytest.mark.long), FREE_PLANE],
+    ids=["forced", "autonomous"],
+)
 def test_copied_python_gives_the_same_plane(exported, view, tmp_path, monkeypatch, capsys):
     names = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
     (tmp_path / "saved.nc").write_bytes(exported(view, "nc"))

@@ -14,5 +14,6 @@ def of_van_der_pol():
 
 @cache
 def of_the_sliding_oscillator():
-    """The paper's oscillator at 12.5 Hz: tori between the two NS of its doubled branch."""
-    return sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.2), f=12.5, tori=True)
+    """The paper's oscillator at 12.5 Hz: tori, from one that a motion settles on, both ways."""
+    model, start = sf.SlidingOscillator(f=12.5), {"Nd": 0.155}
+    return sf.response(model, "Nd", (0.135, 0.17), start=start, settled=True, tori=True)

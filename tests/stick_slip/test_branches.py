@@ -92,7 +92,7 @@ def test_a_response_goes_on_through_stick_by_itself():
     assert not branch.stuck_fraction[0] > 0
 
 
-@pytest.mark.parametrize("first", [0.04, 1.0])
+@pytest.mark.parametrize("first", [pytest.param(0.04, marks=pytest.mark.long), 1.0])
 def test_where_a_response_begins_to_stick_does_not_depend_on_the_span(first):
     # The unknown at which slip vanishes is over the width of the span.
     model = sf.SlidingOscillator(f=9.0, Nd=0.5)
@@ -120,7 +120,7 @@ def assert_same_grazings(span):
     assert all(item.type == "GRAZE" and item.uncertainty < 5e-9 for item in found)
 
 
-@pytest.mark.parametrize("span", [(9.0, 13.0), (13.0, 11.0)])
+@pytest.mark.parametrize("span", [pytest.param((9.0, 13.0), marks=pytest.mark.long), (13.0, 11.0)])
 def test_whether_a_response_leaves_stick_does_not_depend_on_the_span(span):
     # From stick, where its last stop vanishes, it lay 8e-7 off, or ended there.
     assert_same_grazings(span)
