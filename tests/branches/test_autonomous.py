@@ -222,3 +222,24 @@ def test_folds_of_a_canard_explosion_are_located():
     # (v, w, I) -> (-v, 1.75 - w, 1.75 - I) is a symmetry.
     assert first + second == pytest.approx(1.75, abs=1e-8)
     assert diagram.branches[1].stopped.kind == "closed"
+
+
+def test_cycles_are_followed_from_where_they_change_the_parameter_by_more_than_rounding():
+    # Beside a state of rest of 5,000 scales cycles of a thousandth leave it as a center's do. The
+    # unstable pair adds what rounding does to the parameter, about 1e-10.
+    model = sf.System(
+        parameters={"mu": -0.1},
+        states={
+            "x": {"rate": "v", "scale": 1.0, "start": 5e3},
+            "v": {"rate": "(mu - 1e-6*(x - 5e3)^2)*v - (x - 5e3)", "scale": 1.0},
+            "y": {"rate": "w", "scale": 1.0},
+            "w": {"rate": "0.2*w - 2*y + x - 5e3", "scale": 1.0},
+        },
+    )
+    cycles = sf.response(model, vary="mu", span=(-0.5, 0.1)).branches[1]
+    assert not cycles.special
+    assert cycles.stopped.kind == "span"
+    low, high = cycles.extrema_of("x").of("x")
+    # Of van der Pol's oscillator mu = 1e-6 A^2/4, to third order of mu.
+    exact = 1e-6 * ((high - low) / 2) ** 2 / 4
+    assert cycles.parameter == pytest.approx(exact, rel=1e-2, abs=1e-10)

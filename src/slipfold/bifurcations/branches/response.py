@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -118,6 +118,11 @@ class BranchTree(CurveSet[OrbitPoint]):
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
         orbits, settings, departs = start.curve, self._settings, start.departs
+
+        def cap(last: OrbitPoint) -> float:
+            """Return the longest step; the first one that leaves the parent was tried already."""
+            return np.inf if departs and last is point else step_beside_parent(last)
+
         return follow(
             orbits,
             point,
@@ -126,7 +131,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             settings=settings,
             departs=departs,
             first_step=partial(_first_step, orbits, point, settings) if departs else None,
-            cap=step_beside_parent if has_image(orbits) else None,
+            cap=cap if has_image(orbits) else None,
             endings=BranchEndings(self._span, settings),
             otherwise=Change(settings, through_stick=self._through_stick).otherwise,
             on_step=self._report,
@@ -236,16 +241,50 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     critical = max(1, int(np.count_nonzero(apart < BIFURCATION.on_circle)))
     others = start.multipliers[apart.argsort()[critical:]]
     outside = int(np.count_nonzero(np.abs(others) > 1))
+
+    def reached(step: float) -> OrbitPoint | None:
+        """Return the orbit that far away, None if something may have happened before."""
+        first = first_point(orbits, start, step, settings)
+        if isinstance(first, Failure) or not 0 <= first.unstable - outside <= critical:
+            return None
+        return first
+
     # Of several branches each is known at that distance, and nearer to the point it is not.
     longest = step = STEP.emanating if critical == 1 else BIFURCATION.radius
     for _ in range(6):
-        first = first_point(orbits, start, step, settings)
-        if not isinstance(first, Failure) and 0 <= first.unstable - outside <= critical:
+        first = reached(step)
+        if first is not None:
             nearer = first_point(orbits, start, step / 4, settings)
-            if isinstance(nearer, Failure) or _continues(nearer, first):
+            if isinstance(nearer, Failure):
+                return step
+            if _continues(nearer, first):
+                if has_image(orbits):
+                    return _resolved_step(step, [start, nearer, first], reached)
                 return step
         step /= 4
     return longest
+
+
+def _resolved_step(
+    step: float, points: list[OrbitPoint], reached: Callable[[float], OrbitPoint | None]
+) -> float:
+    """Return a longer step if the parameter does not yet change by more than rounding.
+
+    It changes with the square of the amplitude: little at first, but sixteen times as much from
+    one point to the next. Along a family it does not change at all. `points` are the common orbit
+    and those at a fourth of the step and after the step.
+    """
+    start, nearer, first = points
+    tried = step
+    while True:
+        before, after = (float(point.z[-1] - start.z[-1]) for point in (nearer, first))
+        if abs(after) > STEP.flat or 8 < after / (before or np.inf) < 32:
+            return tried
+        tried *= 4
+        further = reached(tried) if tried < 1 else None
+        if further is None or not _continues(first, further):
+            return step
+        nearer, first = first, further
 
 
 def _continues(nearer: OrbitPoint, first: OrbitPoint) -> bool:
