@@ -185,3 +185,20 @@ def test_the_symmetric_branch_of_a_circuit_turns_nine_times():
     crossings = [item.value for item in cycles.special if item.type == "BP"]
     assert crossings[1:] == pytest.approx(folds[1:], abs=1e-4)
     assert not diagram.failed
+
+
+@pytest.mark.long
+def test_a_slow_homoclinic_orbit_ends_a_branch_whose_steps_become_short():
+    # Hindmarsh and Rose, Proceedings of the Royal Society B 221 (1984) 87-102. Multipliers come to
+    # 1e61, and two thousand points passed while I changed by 1e-9.
+    states = {
+        "x": {"rate": "y - x^3 + 3*x^2 - z + I", "start": -1.3},
+        "y": {"rate": "1 - 5*x^2 - y", "start": -7.0},
+        "z": {"rate": "0.006*(4*(x + 1.6) - z)", "start": 1.0},
+    }
+    model = sf.System(name="bursts", parameters={"I": 0.0}, states=states)
+    settings = sf.Settings(largest_period=1)
+    cycles = sf.response(model, vary="I", span=(0, 5), settings=settings).branches[1]
+    assert cycles.stopped.kind == "homoclinic"
+    assert cycles.stopped.value == pytest.approx(2.5892034, abs=1e-7)
+    assert len(cycles) < 1500

@@ -24,6 +24,8 @@ class HomoclinicRule:
     nearby: float = 0.3  # the same of equilibria about to appear: it falls with a root
     proportional: float = 0.1  # relative change of a slope along a straight line
     stands: float = 1e-3  # change of the parameter over that of the duration, in spans
+    crawls: int = 100  # points within `arc`: only growth round the cycle makes steps so short
+    arc: float = 0.2  # scaled arclength, of which other steps take a tenth each
     snakes: float = 1e-5  # distance of two folds, in spans, after which others are nearer still
 
 
@@ -51,7 +53,8 @@ class Homoclinic:
         """Return the point at which the branch has practically ended."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point]
         growth, value = _growth(orbits, points), orbits.value(interval.point.z)
-        if _stands(orbits, points, STOP.constant) and _passes_saddle(points[-1]):
+        stands = RULE.stands if _crawls(points) else STOP.constant
+        if _stands(orbits, points, stands) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
@@ -121,6 +124,14 @@ def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
     return (
         f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
         f"{orbits.vary} hardly changes: the cycle nears a homoclinic orbit"
+    )
+
+
+def _crawls(points: Sequence[OrbitPoint]) -> bool:
+    """Whether steps have become short: multipliers of 1e60 leave no digits for longer ones."""
+    return (
+        len(points) > RULE.crawls
+        and points[-1].arclength - points[-RULE.crawls].arclength < RULE.arc
     )
 
 
