@@ -50,3 +50,18 @@ def test_a_linear_oscillator_without_damping_runs_away_at_its_resonance(span):
     assert branch.stopped.kind == "unresolved"
     assert branch.stopped.reason.startswith("the orbit runs away to ")
     assert branch.stopped.value == pytest.approx(1, abs=1e-5)
+
+
+def test_motions_without_damping_are_followed_where_rounding_is_multiplied():
+    # Henon and Heiles, Astronomical Journal 69 (1964) 73-79: beyond the energy 1/6 perturbations
+    # grow by 1000 in a round, and rounding of multipliers that are one made steps ever shorter.
+    states = {"x": "u", "y": "v", "u": "-x - 2*x*y - d*u", "v": "-y - x^2 + y^2 - d*v"}
+    model = sf.System(name="henon-heiles", parameters={"d": 0.0}, states=states)
+    settings = sf.Settings(discretization="shooting")
+    given = {"vary": "d", "span": (-0.5, 0.5), "settings": settings}
+    _, motions = sf.response(model, **given, events=[sf.Event("x", 3.0, stop=True)]).branches
+    assert motions.stopped.kind == "event"
+    x, y, u, v = motions.nodes[-1].T
+    energy = (x**2 + y**2 + u**2 + v**2) / 2 + x**2 * y - y**3 / 3
+    assert energy == pytest.approx(energy[0], rel=1e-9)
+    assert energy[0] > 10

@@ -80,7 +80,7 @@ class Discretization(ABC):
     growing = False
     """Whether multipliers keep their digits beside any that are larger by orders of magnitude."""
 
-    noise = 1e-9
+    noise = 1e-7
     """What rounding makes of test functions of multipliers."""
 
     smooth = True

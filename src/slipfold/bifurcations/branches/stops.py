@@ -154,7 +154,7 @@ class Families:
             end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
             return MonitorResult(stop=Stop(interval.point, end))
         if orbits.kind != "equilibrium" and size_in_scales(orbits, interval.point) > STOP.far:
-            where = f" at {orbits.vary} = {orbits.value(interval.point.z):.9g}"
+            where = f" at {orbits.vary} = {_rounded(orbits, interval.point):.9g}"
             end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
             return MonitorResult(stop=Stop(interval.point, end))
         values = [point.z[-1] for point in points]
@@ -163,7 +163,7 @@ class Families:
         if not _in_family(points):  # in a canard explosion the parameter is constant as well
             return MonitorResult()
         value = orbits.value(points[-1].z)
-        rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value
+        rounded = _rounded(orbits, points[-1])
         reason = (
             f"{STOP.family} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, "
             "as around a center, that continues; stop it at an amplitude by an event"
@@ -176,6 +176,12 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     values = [point.z[-1] for point in points]
     regular = all(abs(point.tests["fold"]) > BIFURCATION.on_circle for point in points)
     return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
+
+
+def _rounded(orbits: Orbits, point: OrbitPoint) -> float:
+    """Return the parameter, zero if only rounding makes it differ."""
+    value = orbits.value(point.z)
+    return 0.0 if abs(value) < STOP.constant * orbits.width else value
 
 
 def size_in_scales(orbits: Orbits, point: OrbitPoint) -> float:
