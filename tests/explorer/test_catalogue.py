@@ -65,6 +65,18 @@ def test_a_belt_in_text_is_first_shown_where_it_moves():
     assert diagram.branches[0].stopped.kind == "span"
 
 
+def test_a_dry_contact_on_a_surface_at_rest_is_first_shown_where_its_force_moves_it():
+    contact = sf.FrictionContact("b", sf.Coulomb(0.3, 0.3), load=2.0, Vd=0.0)
+    K = [[200.0, -100.0], [-100.0, 100.0]]
+    force = sf.HarmonicForce("a", F=4.0)
+    rod = sf.Structure(np.eye(2), 0.4 * np.eye(2), K, names="a b", contacts=contact, forcing=force)
+    view = Catalogue(rod).describe()[0]["default"]
+    assert (view["vary"], view["span"]) == ("F", [2.0, 8.0])
+    assert sf.response(rod, "F", view["span"]).branches[0].stopped.kind == "span"
+    with pytest.raises(InputError, match="sticks for good"):
+        sf.response(rod, "F", (0.0, 8.0))
+
+
 def test_a_model_that_vibrates_by_itself_is_first_shown_where_it_begins_to():
     view = Catalogue(sf.System.from_toml(RAYLEIGH)).describe()[0]["default"]
     assert (view["vary"], view["span"]) == ("eps", [-0.5, 1.0])
@@ -99,6 +111,14 @@ def test_a_forced_model_is_looked_through_for_a_parameter_with_a_bifurcation():
         forcing={"period": "2*pi/W"},
     )
     assert screened(linear, "F") == [{"vary": None, "done": True}]
+
+
+def test_a_mathieu_equation_is_first_shown_over_the_threshold_of_its_tongue():
+    default = DESCRIBED["mathieu"]["default"]
+    model = sf.built_in_models()["mathieu"]()
+    (point,) = sf.response(model, default["vary"], default["span"]).special
+    assert point.point.type == "PD"
+    assert point.point.value == pytest.approx(0.04, rel=1e-3)  # 4 zeta at resonance
 
 
 def test_no_slider_goes_where_a_law_does_not():

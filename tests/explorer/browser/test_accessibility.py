@@ -48,7 +48,7 @@ def test_no_panel_has_a_violation_in_either_theme(new_tab):
     press("From rest")
     press("Compute the basins")
     press("Torus or chaos?")
-    press("What do motions do?")
+    press("Compute the regimes")
     file = {"name": "rig.csv", "mimeType": "text/csv", "buffer": MEASURED.encode()}
     page.get_by_label("File of measurements").set_input_files(file)
     page.wait_for_selector(".basins-plot[data-points]")

@@ -13,7 +13,7 @@ def judged(explorer):
 def test_a_torus_tells_how_far_it_is_known_and_is_forgotten_when_the_point_moves(explorer):
     explorer.open("model=sliding&p.Nd=0.06&span=0~0.07")
     told = judged(explorer)
-    stop = explorer.page.get_by_role("button", name="Stop judging")
+    stop = explorer.page.get_by_role("button", name="Stop classifying")
     expect(told).to_have_text(re.compile(r"^After \d+ of at most 128000 periods"))
     expect(stop).to_be_visible()
     expect(told).to_have_text(

@@ -125,7 +125,7 @@ def test_a_link_gives_the_same_page(shown, new_tab):
         ("model=sliding&zoom=1~2", "zoom = '1~2' is not 4 numbers"),
         ("model=sliding&plane=f~1~2~f~1~2", "plane = 'f~1~2~f~1~2' is not two parameters"),
         ("model=sliding&pin=name%3Da%26Q%3D1", "sliding has no parameter 'Q'"),
-        ("model=sliding&color=red", "color = 'red' says nothing here"),
+        ("model=sliding&color=red", "color = 'red' is no part of a link"),
     ],
 )
 def test_what_is_wrong_with_a_link_is_said(explorer, link, words):

@@ -21,7 +21,7 @@ def pointed(explorer, right, up):
 
 def test_regimes_are_drawn_and_told_under_the_pointer(explorer):
     page = explorer.open(WINDOW, plane=True).page
-    page.get_by_role("button", name="What do motions do?").click()
+    page.get_by_role("button", name="Compute the regimes").click()
     regimes = page.locator(REGIMES)
     expect(regimes).to_have_attribute("data-cells", re.compile("[0-9]+"))
     expect(page.locator(".plane-legend li .shade")).to_have_count(1)
@@ -31,7 +31,7 @@ def test_regimes_are_drawn_and_told_under_the_pointer(explorer):
     page.get_by_role("button", name="Remove", exact=True).click()
     expect(regimes).to_have_attribute("data-cells", "")
     expect(pointed(explorer, 0.5, 0.2)).not_to_contain_text("motion from")
-    page.get_by_role("button", name="What do motions do?").click()
+    page.get_by_role("button", name="Compute the regimes").click()
     expect(regimes).to_have_attribute("data-cells", re.compile("[0-9]+"))
     # What is of other values is not shown.
     explorer.type("d", 0.11)

@@ -43,7 +43,7 @@ def test_a_motion_and_a_sweep_are_heard(explorer):
     sound.get_by_role("button", name="Listen").click()
     # 0.19 Hz is heard nine octaves above.
     expect(sound.get_by_role("status")).to_have_text(
-        re.compile(r"^0\.191.Hz, heard 512 times faster at 97\.78.Hz$")
+        re.compile(r"^0\.191.Hz, played 512 times faster at 97\.78.Hz$")
     )
     expect(sound.get_by_role("button", name="Silence")).to_be_visible()
     measured = page.evaluate(RENDERED)
@@ -58,6 +58,6 @@ def test_a_motion_and_a_sweep_are_heard(explorer):
     page.get_by_role("button", name="Stop the sweep").click()
     page.get_by_role("button", name="Hear the sweep").click()
     expect(page.locator(".sweep-control [role=status]")).to_have_text(
-        "Heard 512 times faster: up, then down."
+        "Played 512 times faster: up, then down."
     )
     page.locator(".sweep-control").get_by_role("button", name="Silence").click()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slipfold.interface.explorer.plain import LETTERS, plain_text
+from slipfold.interface.explorer.plain import formula_of, plain_text
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.model import Model
 from slipfold.models.registry import model_of_text
@@ -227,7 +227,8 @@ def _coefficient(law: FrictionLaw, named: Mapping[str, str]) -> str:
 
 
 def _symbol(name: str, symbol: str = "") -> str:
-    return plain_text(symbol) if symbol else LETTERS.get(name, name)
+    formula = symbol or formula_of(name)
+    return plain_text(formula) if formula != name else name
 
 
 _TOKEN = re.compile(r"[A-Za-z_]\w*|\*\*|\^-?\d+(?![\w.])|\*|-|.", re.DOTALL)

@@ -44,6 +44,8 @@ class ScreenSettings:
     # Real part of an eigenvalue, over the largest modulus, that counts as positive
     positive: float = 1e-9
     halvings: int = 20  # of the way to a value that the model does not allow
+    # Of a forcing that moves a dry contact: less may leave it stuck, and then no orbit stands alone
+    moving: float = 0.5
 
 
 SCREEN = ScreenSettings()
@@ -182,7 +184,9 @@ def _unstable(model: Model, name: str, value: float, near: Array) -> int | None:
 def span_about(model: Model, vary: str, width: float = 1.0) -> list[float]:
     """Return a span about the value of a parameter, from above zero if nothing slides there."""
     low, high = slider_range(model, vary, width)
-    if _followed(model) and not _followed(model.replace(**{vary: low})):
+    if not _followed(model) and model.forced and vary == model.varied_first and low == 0:
+        low = SCREEN.moving * model.values[vary]
+    elif _followed(model) and not _followed(model.replace(**{vary: low})):
         low += PAGE.margin * (abs(model.values[vary]) or 1.0)
     return [low, high]
 

@@ -96,12 +96,22 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
     raise unknown(f"{model.name} has no output", name, names)
 
 
+def formula_of(name: str) -> str:
+    r"""Return a name as mathtext where it reads as a symbol.
+
+    >>> formula_of("tau1"), formula_of("w"), formula_of("speed")
+    ('$\\tau_1$', '$w$', 'speed')
+    """
+    found = NUMBERED.fullmatch(name)
+    if found is None:
+        return name
+    letter = found[1] if len(found[1]) == 1 else rf"\{found[1]}"
+    return f"${letter}_{found[2]}$" if found[2] else f"${letter}$"
+
+
 def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
     """Describe a quantity by its label, or by its name where it has none of its own."""
-    formula = label.removesuffix(f" ({unit})") or name
-    if not label and (found := NUMBERED.fullmatch(name)):
-        letter = found[1] if len(found[1]) == 1 else rf"\{found[1]}"
-        formula = f"${letter}_{found[2]}$" if found[2] else f"${letter}$"
+    formula = label.removesuffix(f" ({unit})") or formula_of(name)
     parts = SYMBOL.fullmatch(formula)
     below = [plain_text(part) for part in parts.groups()[1:] if part] if parts else []
     return {

@@ -198,7 +198,7 @@ export class SpecialPoints {
     const sentences = ends.map(({ kind, period, stopped }) =>
       `${named(kind, period)} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
     const key = JSON.stringify([items.map(({ text }) => text), sentences]);
-    const failed = diagram.unfollowed.map((why) => `Nothing was followed from a motion: ${why}.`);
+    const failed = diagram.unfollowed.map((why) => `No branch was followed from a motion: ${why}.`);
     this.#ends.replaceChildren(...this.#ways(diagram, ends), [...new Set([...sentences, ...failed])].join(" "));
     this.#ends.title = this.#ends.textContent;
     this.#checked.show(diagram.checked);

@@ -192,6 +192,7 @@ export class MotionPanel {
     const { show } = this.#session.view;
     this.#picked = { view: ALL, across: show, up: this.#rateOf(show), window: "", scale: "unit" };
     this.#motion = null;
+    this.#draw(); // pictures of the model before are taken away
     this.#sound.begin(this.#picked.up);
     this.#follow();
   }

@@ -128,7 +128,11 @@ function spectrum() {
     draw: ({ answer, quantity }) => {
       const { frequency, amplitude } = answer.spectrum;
       const names = positions(answer).filter((name) => name in amplitude);
-      const largest = Math.max(...names.flatMap((name) => amplitude[name]), 1e-300);
+      const largest = Math.max(...names.flatMap((name) => amplitude[name]));
+      if (!(largest > 0)) {
+        plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: "amplitude", rows: [] }, lines: [], notes: ["It stands still."] });
+        return;
+      }
       const seen = names.map((name) => {
         const kept = frequency.map((_, i) => i).filter((i) => amplitude[name][i] > FLOOR * largest);
         return { kept, name };

@@ -18,8 +18,8 @@ export class Regimes {
   #session;
   #of = "";
   #words = element("span", { role: "status" });
-  #ask = button("What do motions do?", () => this.#begin(), {
-    title: "Simulate what motions do all over the plane: periods, tori, chaos",
+  #ask = button("Compute the regimes", () => this.#begin(), {
+    title: "Simulate from the model's start all over the plane: periods, tori, chaos",
   });
   #stop = button("Stop simulating", () => this.#halt(), { class: "quiet", hidden: true });
   #away = button("Remove", () => this.#clear(), { class: "quiet", hidden: true, title: "Show the regions of the plane again" });
@@ -348,7 +348,7 @@ export class PlaneSwitch {
     // A plane takes two parameters.
     this.node.hidden = model.parameters.length < 2;
     this.node.setAttribute("aria-pressed", String(plane !== null));
-    this.node.title = plane ? "Put the plane of two parameters away" : "Show the plane of two parameters";
+    this.node.title = plane ? "Hide the plane of two parameters" : "Show the plane of two parameters";
   }
 
   #toggle() {

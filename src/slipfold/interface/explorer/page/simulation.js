@@ -235,10 +235,10 @@ export class Exponents {
   constructor(session, simulation) {
     this.#session = session;
     this.#simulation = simulation;
-    this.#stop = button("Stop judging", () => this.#clear(), { class: "quiet", hidden: true });
+    this.#stop = button("Stop classifying", () => this.#clear(), { class: "quiet", hidden: true });
     this.node = element("div", { class: "exponents" },
       element("div", { class: "sentence" },
-        button("Torus or chaos?", () => this.#ask(), { title: "Judge this motion by its Lyapunov exponents" }), this.#stop),
+        button("Torus or chaos?", () => this.#ask(), { title: "Classify this motion by its Lyapunov exponents" }), this.#stop),
       this.#told);
     session.store.changed.subscribe(({ view, before }) => {
       if (solutionOf(view) !== solutionOf(before)) this.#clear();
@@ -255,7 +255,7 @@ export class Exponents {
     const onError = (sentence, again) => failed.announce(
       { kind: "exponents", sentence, again: again ? () => this.#ask() : null });
     failed.announce({ kind: "exponents", sentence: null });
-    this.#show(["Following the motion and what disturbs it…"], true);
+    this.#show(["Following the motion and its perturbations…"], true);
     requests.ask(request, { onAnswer, onError }, { supersede: true });
   }
 

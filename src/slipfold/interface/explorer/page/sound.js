@@ -152,7 +152,7 @@ export class SoundControl {
     this.#stop.hidden = false;
     const pitch = `${formatted(frequency)}\u202fHz`;
     this.#words.textContent = faster === 1
-      ? `${pitch}, as fast as it is`
-      : `${pitch}, heard ${faster} times faster at ${formatted(frequency * faster)}\u202fHz`;
+      ? `${pitch}, played at its own speed`
+      : `${pitch}, played ${faster} times faster at ${formatted(frequency * faster)}\u202fHz`;
   }
 }

@@ -91,7 +91,7 @@ export class Sweep {
 
   #take({ run, x, y, sound, done, ends }) {
     if (done) {
-      const sentences = Object.entries(ends).map(([name, reason]) => `Swept ${name}, it ended: ${reason}.`);
+      const sentences = Object.entries(ends).map(([name, reason]) => `The sweep ${name} ended: ${reason}.`);
       this.#rest(sentences.join(" ") || "Swept up and down.");
       return;
     }
@@ -178,7 +178,7 @@ export class SweepControl {
     }
     loudspeaker.play(sound, () => { this.#silence.hidden = true; });
     this.#silence.hidden = false;
-    this.#words.textContent = `Heard ${sound.faster === 1 ? "as fast as it is" : `${sound.faster} times faster`}: up, then down.`;
+    this.#words.textContent = `Played ${sound.faster === 1 ? "at its own speed" : `${sound.faster} times faster`}: up, then down.`;
   }
 
   #show() {

@@ -205,7 +205,7 @@ export class Toolbar {
     const link = tool("Copy the link to this view", LINK, async () => {
       const isWhole = isShort(session.model);
       const isCopied = isWhole && (await copy(location.href));
-      if (isWhole) say(isCopied ? "Link copied." : "The link is this page's address.");
+      if (isWhole) say(isCopied ? "Link copied." : "The link could not be copied; it is the address of this page.");
       else say("The model is too long for a link; open its editor and save it with this view.");
     });
     this.#theme = tool("", "", () => {

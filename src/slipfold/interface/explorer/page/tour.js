@@ -30,14 +30,14 @@ const STEPS = [
     view: (model) => shown(model, {}, 0.05, 2),
   },
   {
-    title: "Hopf, in the field's words Neimark–Sacker",
+    title: "The Neimark–Sacker bifurcation",
     at: "#diagram",
     text: (session) =>
-      `The doubled response is not safe either. ${found(session, "NS", 2)} a pair of multipliers leaves the unit circle (NS): the motion gets a second frequency and wanders. ${last(session, "NS", 2)} it is stable again.`,
+      `The doubled response loses its stability, too. ${found(session, "NS", 2)} a pair of multipliers leaves the unit circle (NS): the motion gets a second frequency. ${last(session, "NS", 2)} it is stable again.`,
     view: (model) => shown(model, {}, 0.11, 2),
   },
   {
-    title: "Let it go",
+    title: "A simulation",
     at: "#simulation",
     text: () =>
       "Between the two NS no periodic response is stable. A simulation from rest shows what happens instead: each dot is one forcing period. It does not settle on the dotted line.",
@@ -75,10 +75,10 @@ const STEPS = [
     view: (model) => shown(model, {}, 0.11, 2),
   },
   {
-    title: "Yours",
+    title: "Copy and save",
     at: ".masthead",
     text: () =>
-      "Whatever is on the screen leaves as Python, TOML, CSV, netCDF or a picture, from the menu of each panel. The address of this page reproduces it. Everything can be undone.",
+      "The menu of each panel copies what it shows as Python or TOML, and saves it as CSV, netCDF or a picture. The address of this page reproduces the view. Everything can be undone.",
   },
 ];
 

@@ -269,7 +269,7 @@ export function readAddress(text, models) {
 function sentenceOf(faults) {
   if (faults.length === 0) return null;
   const more = faults.length > MOST_TOLD ? "; and more" : "";
-  return `Not all of this link could be read: ${faults.slice(0, MOST_TOLD).join("; ")}${more}. In its place stands what is usual.`;
+  return `Not all of this link could be read: ${faults.slice(0, MOST_TOLD).join("; ")}${more}. The model's own values are used instead.`;
 }
 
 class AddressReader {
@@ -391,7 +391,7 @@ class AddressReader {
     for (const key of new Set(this.#query.keys())) {
       const [, name = null] = /^(?:p|range)\.(.*)$/.exec(key) ?? [];
       if (name !== null && !(name in parameters)) this.#unknown(name);
-      else if (name === null && !KEYS.includes(key)) this.#fault(key, "says nothing here");
+      else if (name === null && !KEYS.includes(key)) this.#fault(key, "is no part of a link");
     }
   }
 
