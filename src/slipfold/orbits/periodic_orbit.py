@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,8 +50,64 @@ class MeanSettings:
 MEANS = MeanSettings()
 
 
+class Measured:
+    """One orbit or many of which an output is measured; of many, results have the shape (n,)."""
+
+    def extrema_of(self, output: str) -> Extrema:
+        """Return minimum and maximum of one output, which is quicker than of all.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        raise NotImplementedError
+
+    def rms(self, output: str) -> Any:
+        """Return the root mean square of one output over the period, its mean included.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        raise NotImplementedError
+
+    def level(self, output: str, reference: float | str | None = None) -> Any:
+        """Return the level of one output in dB.
+
+        It is 20 times the decimal logarithm of the root mean square over the reference; of powers
+        and energies, 10 times that of the modulus of the mean over the reference.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        reference
+            In the unit of the output, or text with a unit, such as ``"1 um"``; that of ISO 1683 if
+            None: 1 pm, 1 nm/s, 1 um/s^2, 1 uN, 20 uPa, 1 pJ or 1 pW.
+
+        Raises
+        ------
+        InputError
+            If there is no such output, for a reference in another unit, or if none is given for an
+            output without standard one.
+        """
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit(OneLine):
+class PeriodicOrbit(Measured, OneLine):
     """A periodic orbit, forced or a cycle of an autonomous model; frozen.
 
     Parameters
@@ -233,47 +289,11 @@ class PeriodicOrbit(OneLine):
         return self._mean_power(output, 1)
 
     def rms(self, output: str) -> float:
-        """Return the root mean square of one output over the period, its mean included.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-
-        Examples
-        --------
-        >>> import slipfold as sf
-        >>> orbit = sf.periodic_orbit(sf.built_in_models()["duffing"](W=0.5))
-        >>> orbit.rms("v") > abs(orbit.mean("v"))
-        True
-        """
+        """Return the root mean square of one output."""
         return math.sqrt(self._mean_power(output, 2))
 
     def level(self, output: str, reference: float | str | None = None) -> float:
-        """Return the level of one output in dB.
-
-        It is 20 times the decimal logarithm of the root mean square over the reference; of powers
-        and energies, 10 times that of the modulus of the mean over the reference.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-        reference
-            In the unit of the output, or text with a unit, such as ``"1 um"``; that of ISO 1683 if
-            None: 1 pm, 1 nm/s, 1 um/s^2, 1 uN, 20 uPa, 1 pJ or 1 pW.
-
-        Raises
-        ------
-        InputError
-            If there is no such output, for a reference in another unit, or if none is given for an
-            output without standard one.
-        """
+        """Return the level of one output in dB."""
         unit = unit_of(self.model, output)
         size = abs(self.mean(output)) if unit in POWERS else self.rms(output)
         return reference_of(unit, reference).level(size)
@@ -387,18 +407,7 @@ class PeriodicOrbit(OneLine):
         return find_extrema(self.model, self.model.vector[None], self.nodes[None], self.period)
 
     def extrema_of(self, output: str) -> Extrema:
-        """Return minimum and maximum of one output, which is quicker than of all.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
+        """Return minimum and maximum of one output."""
         if "extrema" in vars(self):
             return self.extrema
         vector, nodes = self.model.vector[None], self.nodes[None]

@@ -15,7 +15,7 @@ from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.extrema import Extrema, find_extrema
-from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.periodic_orbit import Measured, PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, parameter_text
 
@@ -133,7 +133,7 @@ class SolutionCurve(OneLine, ReadOnly):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class OrbitSeries(SolutionCurve):
+class OrbitSeries(Measured, SolutionCurve):
     """Periodic orbits or equilibria followed in parameters."""
 
     kind: Annotated[str, '``"periodic"`` or ``"equilibrium"``.'] = "periodic"
@@ -208,52 +208,17 @@ class OrbitSeries(SolutionCurve):
         return self._extrema_of(slice(None))
 
     def extrema_of(self, output: str) -> Extrema:
-        """Return the extrema of one output over each orbit, which is quicker than of all.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
+        """Return the extrema of one output over each orbit."""
         if "extrema" in vars(self) or self.stuck_fraction is not None:
             return self.extrema
         return self._extrema_of(slice(None), (output,))
 
     def rms(self, output: str) -> Array:
-        """Return the root mean square of one output over each orbit, its mean included.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-        """
+        """Return the root mean square of one output over each orbit, shape (n_points,)."""
         return np.array([self.orbit(index).rms(output) for index in range(len(self))])
 
     def level(self, output: str, reference: float | str | None = None) -> Array:
-        """Return the level of one output over each orbit in dB, shape (n_points,).
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-        reference
-            As of `PeriodicOrbit.level`.
-
-        Raises
-        ------
-        InputError
-            If there is no such output, or for a reference that does not fit it.
-        """
+        """Return the level of one output over each orbit in dB, shape (n_points,)."""
         return np.array([self.orbit(index).level(output, reference) for index in range(len(self))])
 
     def _extrema_of(self, rows: slice, outputs: Sequence[str] | None = None) -> Extrema:
