@@ -97,7 +97,7 @@ def test_a_breakdown_ends_a_branch_with_a_sentence(
     study: Callable[[], sf.Diagram], routine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sound = _sound(study)
-    for from_call in np.random.default_rng(5).integers(3, 200, 6):
+    for from_call in np.random.default_rng(5).integers(3, 200, 3):
         with monkeypatch.context() as patch:
             _breaking(patch, routine, int(from_call))
             try:

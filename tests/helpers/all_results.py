@@ -56,7 +56,7 @@ MADE = {
     "simulation": lambda: sf.simulate(SLIDING(), 600, f=12.2, Nd=0.15),
     "stopped simulation": lambda: sf.simulate(SLIDING(), 20, {"y": -0.99995}),
     "stick-slip": lambda: sf.simulate(den_hartog(0.6, 0.5, 0.8), 20),
-    "lyapunov": lambda: sf.lyapunov(SLIDING(), f=12.5, Nd=0.02),
+    "lyapunov": lambda: sf.lyapunov(SLIDING(), 1000, f=12.5, Nd=0.02),
     "attractors": lambda: sf.attractors(DUFFING(W=1.2), BOX, starts=16),
     "basins": lambda: sf.basins(DUFFING(W=1.2), BOX, points=(6, 5)),
     "phases": lambda: sf.basins(DUFFING(W=1.2), {"phase": (0, 1), "v": (-4, 4)}, points=(4, 5)),
