@@ -21,7 +21,8 @@ class Progress:
         Where the computation is, e.g. ``"branch 1 (period 1)  12 points  Nd = 0.1 N"``.
     values
         The same as data, by name: of branches ``branch``, ``period``, ``points``, ``parameter`` and
-        ``special``; of loci ``place``, ``line`` and ``loci``; of many cases ``failures``.
+        ``special``, before gaps are filled and before checks ``branches``; of loci ``place``,
+        ``line`` and ``loci``; of many cases ``failures``.
 
     Examples
     --------

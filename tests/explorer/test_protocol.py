@@ -118,8 +118,11 @@ def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
     answers = []
     request = parse_request(json.dumps(diagram(1, span=[0, 0.1])))
     Answering(Catalogue()).answer(request, answers.append, lambda: None)
-    *progress, last = answers
-    assert "branches" in last
+    *progress, last = [answer for answer in answers if not answer.get("more")]
+    # The exact curve is there before it is checked.
+    (known,) = [answer for answer in answers if answer.get("more")]
+    assert known["branches"] == last["branches"]
+    assert (known["checked"], last["checked"]["agree"]) == (None, True)
     assert {note["progress"].split(",")[0] for note in progress} == {"branch 1", "branch 2"}
     assert all(0 <= note["value"] <= 0.1 and not note["done"] for note in progress)
 
@@ -336,7 +339,8 @@ def test_what_motions_settle_on_is_added_where_the_response_ends():
     assert last["done"]
     assert last["branches"][:1] == response["branches"]
     (end,) = (branch["stopped"] for branch in response["branches"])
-    assert end["reason"] == "touches Vrel = 0; no orbit was found beyond"
+    assert end["reason"].startswith("touches Vrel = 0")
+    assert end["reason"].endswith("; no orbit was found beyond")
     assert end["beyond"]["direction"] == 1
     right = sf.response(model, "F", (0, 1.2), gaps=True)
     assert [item["stopped"]["value"] for item in last["branches"]] == [

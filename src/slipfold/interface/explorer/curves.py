@@ -162,8 +162,8 @@ def diagram_note(progress: Progress) -> dict[str, Any]:
 class GapsProgress:
     """The progress of a response; an observer of its computation.
 
-    What is known before gaps are filled is shown. Branches are followed for no longer than a
-    reader waits: then they end where they are.
+    What is known before gaps are filled, or before it is checked, is shown. Branches are followed
+    for no longer than a reader waits: then they end where they are.
     """
 
     def __init__(
@@ -177,13 +177,13 @@ class GapsProgress:
         self._about = model.replace(**{request.vary: request.span[0]}), request.vary, request.span
         self._show = show
         self._end = process_time() + PAGE.following
-        self._fills = False
+        self._stage = "branches"
 
     def __call__(self, progress: Progress) -> None:
         """Take a note of the computation."""
         self._observer(progress)
-        if progress.stage == "gaps" and not self._fills:
-            self._fills, self._end = True, process_time() + PAGE.filling
+        if progress.stage in ("gaps", "checks") and self._stage == "branches":
+            self._stage, self._end = progress.stage, process_time() + PAGE.filling
             branches = progress.values["branches"]
             if branches and self._show is not None:
                 known = Diagram(*self._about, branches, Settings(), (), provenance(0.0))

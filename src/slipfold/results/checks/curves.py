@@ -6,6 +6,7 @@ As many are computed again as a tenth of the work for the result pays for.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -63,7 +64,8 @@ def check_branches(branches: Sequence[Branch], observer: Observer | None = None)
         last = branches[-1]
         at = last.id, last.period, len(last), last.stopped.value
         names = tuple(point.type for point in last.special)
-        return branch_progress(last.model.parameter(last.vary), *at, names, "checks", done)
+        note = branch_progress(last.model.parameter(last.vary), *at, names, "checks", done)
+        return replace(note, values={**note.values, "branches": branches})
 
     return _check_curves(branches, chain(special, ends), progress, observer)
 

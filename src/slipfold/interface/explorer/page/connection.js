@@ -129,7 +129,7 @@ export class Requests {
     this.#lines.set(key, line);
     line.waiting = { request, receiver };
     const isOld = line.sent !== null && performance.now() - line.sent.at > SLOW;
-    if (supersede || line.sent === null || line.sent.drafted || isOld) this.#send(line);
+    if (supersede || line.sent === null || line.sent.isDrawn || isOld) this.#send(line);
   }
 
   /** Stop what is being computed and forget what waits. */
@@ -158,9 +158,9 @@ export class Requests {
     const sent = line?.sent;
     if (!sent || message.id !== sent.id) return;
     if ("error" in message || message.done) line.sent = null;
-    // A draft is enough where the slider has moved on: refining it would keep the newest waiting.
-    if (message.draft) sent.drafted = true;
-    if (line.waiting && (line.sent === null || sent.drafted)) this.#send(line);
+    // What is drawn is enough where the slider has moved on: the rest would keep the newest waiting.
+    if (message.draft || message.more) sent.isDrawn = true;
+    if (line.waiting && (line.sent === null || sent.isDrawn)) this.#send(line);
     if ("error" in message) sent.receiver.onError(message.error, Boolean(message.again));
     else sent.receiver.onAnswer(message);
   }

@@ -81,7 +81,7 @@ export class Session {
   isMore = false;
   place = null;
   pins = new Map();
-  #keys = { diagram: "", plane: "" };
+  #keys = { diagram: "", plane: "", orbit: "" };
   #settled = null;
   #hasFailed = false;
   #pinKeys = new Map();
@@ -300,6 +300,8 @@ export class Session {
     const { view } = this;
     const request = orbitRequest(view, place);
     const key = JSON.stringify(request);
+    if (key === this.#keys.orbit && this.requests.isBusy("orbit")) return;
+    this.#keys.orbit = key;
     const kept = this.#orbits.get(key);
     if (kept) {
       this.requests.cancel("orbit");
