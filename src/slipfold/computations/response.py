@@ -206,9 +206,10 @@ def responses(
 
     Each is what `slipfold.response` gives for its case alone; the equations are compiled once. At
     16 cases and more ordinary branches are followed in batches, in less than half of the time:
-    points lie elsewhere on the same branches, and special points differ by no more than their
-    uncertainties. `on_progress` receives, several times a second, ``done`` finished cases, their
-    ``failures`` and the ``fraction`` of the stage.
+    points lie elsewhere on the same branches, special points differ by no more than their
+    uncertainties, and fewer orbits are checked: checks take a tenth of the work. `on_progress`
+    receives, several times a second, ``done`` finished cases, their ``failures`` and the
+    ``fraction`` of the stage.
 
     Returns
     -------
@@ -334,7 +335,7 @@ def _diagram(
         if followed.failure:
             return None
         branches = followed.assembled(vary, span[0])
-        checked = check_branches(branches)
+        checked = check_branches(branches, batched=True)
     except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return None
     text = provenance(seconds + perf_counter() - began)

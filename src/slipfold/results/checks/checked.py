@@ -49,6 +49,7 @@ class CheckSettings:
     equilibrium: float = 0.1
     switched: float = 1.0
     balanced: float = 1.0
+    batched: float = 0.25  # work of a point that is followed with those of many other cases
     # The same of a threshold, of one whose whole response was followed, and of a map at least
     threshold: float = 0.1
     followed: float = 6.0

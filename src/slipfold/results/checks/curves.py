@@ -49,8 +49,13 @@ class Candidate(NamedTuple):
     resting: bool
 
 
-def check_branches(branches: Sequence[Branch], observer: Observer | None = None) -> Checked:
-    """Check special points, those that come first on each branch first, then ends."""
+def check_branches(
+    branches: Sequence[Branch], observer: Observer | None = None, *, batched: bool = False
+) -> Checked:
+    """Check special points, those that come first on each branch first, then ends.
+
+    `batched` says that the branches were followed with those of other cases, for less work.
+    """
     special = (_special(branch, point) for branch, point in _ranked(branches))
     # The first point is left out where it is the special point from which the branch emanates.
     ends = (
@@ -67,7 +72,8 @@ def check_branches(branches: Sequence[Branch], observer: Observer | None = None)
         note = branch_progress(last.model.parameter(last.vary), *at, names, "checks", done)
         return replace(note, values={**note.values, "branches": branches})
 
-    return _check_curves(branches, chain(special, ends), progress, observer)
+    work = CHECKS.batched if batched else 1.0
+    return _check_curves(branches, chain(special, ends), progress, observer, work)
 
 
 def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Checked:
@@ -99,8 +105,9 @@ def _check_curves(
     candidates: Iterable[Candidate],
     progress: Callable[[int], Progress],
     observer: Observer | None,
+    work: float = 1.0,
 ) -> Checked:
-    """Check orbits of curves; none of interrupted ones."""
+    """Check orbits of curves, of which each point took some work; none of interrupted ones."""
     if any(curve.interrupted for curve in curves):
         return Checked((), interrupted=True)
 
@@ -108,7 +115,8 @@ def _check_curves(
         if observer is not None:
             observer(progress(done))
 
-    return check_some(candidates, sum(len(curve) * curve.period for curve in curves), report)
+    points = work * sum(len(curve) * curve.period for curve in curves)
+    return check_some(candidates, points, report)
 
 
 def check_thresholds(found: GridThresholds) -> Checked:
