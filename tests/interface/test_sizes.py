@@ -33,6 +33,12 @@ def files():
     return [path for path in map(ROOT.joinpath, listed.split("\0")) if path.is_file()]
 
 
+@pytest.fixture(scope="module")
+def trees(files):
+    """Syntax trees of all Python files."""
+    return {path: ast.parse(path.read_bytes()) for path in files if path.suffix == ".py"}
+
+
 def lines_of(path):
     return len(path.read_text(encoding="utf-8").splitlines())
 
@@ -48,10 +54,10 @@ def test_no_file_is_long(files):
     assert {str(path): count for path, count in lines.items() if count > FILE_LINES} == {}
 
 
-def test_no_function_is_long(files):
+def test_no_function_is_long(trees):
     long = {}
-    for path in (path for path in files if path.suffix == ".py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path, tree in trees.items():
+        for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 documented = ast.get_docstring(node, clean=False) is not None
                 begin = node.body[0].end_lineno if documented else node.lineno
@@ -60,15 +66,12 @@ def test_no_function_is_long(files):
     assert long == {}
 
 
-def test_a_class_name_stands_for_one_thing(files):
-    trees = [
-        ast.parse(path.read_text())
-        for path in files
-        if path.is_relative_to(ROOT / "src") and path.suffix == ".py"
-    ]
+def test_a_class_name_stands_for_one_thing(trees):
     names = Counter(
-        node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef)
-    )
+        node.name
+        for path, tree in trees.items() if path.is_relative_to(ROOT / "src")
+        for node in tree.body if isinstance(node, ast.ClassDef)
+    )  # fmt: skip
     assert {
         name for name, count in names.items() if count > 1 and not name.startswith("_")
     } == set()

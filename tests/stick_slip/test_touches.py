@@ -51,7 +51,7 @@ def test_extrema_of_part_of_a_round_are_not_said(touched, monkeypatch):
     assert np.isnan([extrema.minimum, extrema.maximum]).all()
 
 
-@pytest.mark.parametrize("span", [(0.56, 0.53), (0.53, 0.56)])
+@pytest.mark.parametrize("span", [(0.56, 0.53), pytest.param((0.53, 0.56), marks=pytest.mark.long)])
 def test_an_orbit_that_grazes_twice_by_symmetry_grazes_once(span):
     # Shaken across the belt, it comes nearest to the belt's speed twice in a period.
     law = sf.Coulomb(mu_s=0.8, mu_k=0.8)
