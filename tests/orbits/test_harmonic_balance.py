@@ -170,3 +170,23 @@ def test_what_is_no_series_is_refused():
     sticking = chain(1, sf.Coulomb(mu_k=0.3)).replace(F=60.0)
     with pytest.raises(sf.InputError, match="forces that jump"):
         sf.periodic_orbit(sticking).harmonic_balance()
+
+
+class Feigned:
+    """Two multipliers whose perturbations are slow; nearest to one is the pole of a fast mode."""
+
+    converged, inputs, exact = True, np.ones((2, 1)), np.array([0.5, 0.2])
+    exponents = np.log([0.45, 0.25]) + 2j * np.pi * np.arange(2)
+
+    def slope(self, shift):
+        value = np.exp(shift)
+        apart, poles = (value / (value - item) for item in (self.exact, np.exp(self.exponents)))
+        if abs(shift.imag) < 1:
+            return apart.sum() - poles.sum()
+        return -2e4 - poles.sum() + np.delete(apart, np.abs(apart).argmax()).sum()
+
+
+def test_harmonics_about_another_mode_feign_no_multiplier():
+    """Their steps are small as well, but do not shrink."""
+    found = harmonic_balance._multipliers(Feigned(), Feigned.exact + 1e-5 + 0j, 0.0)
+    np.testing.assert_allclose(found, Feigned.exact, atol=1e-12)

@@ -33,6 +33,7 @@ class BalanceSettings:
     many: int = 12  # states from which only multipliers are computed that may become critical:
     decided: float = 0.1  # those of this modulus and more; each takes as long as the series
     sweeps: int = 8  # over the multipliers; from values right to 1e-8 the second changes nothing
+    shrinks: float = 0.1  # of a step over the last one: more tells of another center
     certain: float = 1e-4  # step of a multiplier's logarithm at which its harmonics are the right
     together: float = 1e-4  # relative distance of multipliers that count as one: half the digits
     ring: float = 1e-2  # relative radius of a circle about those, and points on it: at one tenth
@@ -411,6 +412,7 @@ def _multipliers(equations: _Equations, given: Complex, negligible: float) -> Co
             return np.exp(exponents)
         found = given.astype(complex)
         wanted = np.flatnonzero((np.abs(given) > negligible) & (given.imag >= 0))
+        centers, last = np.full(len(given), np.nan), np.full(len(given), np.inf)
         for _ in range(BALANCE.sweeps):
             largest = 0.0
             for i in wanted:
@@ -419,7 +421,10 @@ def _multipliers(equations: _Equations, given: Complex, negligible: float) -> Co
                 if near.sum() > 1:
                     step = _mean_step(equations, exponents, found, near)
                 else:
-                    step = _root_step(equations, exponents, found[i], found[~near])
+                    known = float(centers[i]), float(last[i])
+                    others = found[~near]
+                    step, centers[i] = _root_step(equations, exponents, found[i], others, *known)
+                last[i] = abs(step)
                 found[i] *= np.exp(step)
                 if given[i].imag:
                     found[pair] = found[i].conj()
@@ -430,23 +435,36 @@ def _multipliers(equations: _Equations, given: Complex, negligible: float) -> Co
 
 
 def _root_step(
-    equations: _Equations, exponents: Complex, multiplier: complex, others: Complex
-) -> np.complex128:
-    """Return the change of a multiplier's logarithm.
+    equations: _Equations,
+    exponents: Complex,
+    multiplier: complex,
+    others: Complex,
+    known: float,
+    last: float,
+) -> tuple[np.complex128, float]:
+    """Return the change of a multiplier's logarithm, and where its harmonics are centered.
 
     The harmonics of a perturbation are centered at an exponent of the mean: of a fast mode the
-    determinant knows nothing elsewhere. Exponents of near multipliers come first.
+    determinant knows nothing elsewhere. The known center of the last step comes first, as long as
+    steps shrink; then exponents of near multipliers.
     """
     poles = np.exp(exponents)
     apart = _slope_of_product(multiplier, poles) - _slope_of_product(multiplier, others)
     centers = np.round(exponents.imag / (2 * np.pi))
-    best = np.complex128(np.inf)
-    for center in dict.fromkeys(centers[np.argsort(np.abs(poles - multiplier), kind="stable")]):
+    nearest = centers[np.argsort(np.abs(poles - multiplier), kind="stable")].tolist()
+    steps: dict[float, np.complex128] = {}
+    enough = max(BALANCE.close, min(BALANCE.certain, BALANCE.shrinks * last))
+    for center in dict.fromkeys(nearest if np.isnan(known) else [known, *nearest]):
         slope = apart + equations.slope(np.log(multiplier) + 2j * np.pi * center)
-        best = min(best, -1 / slope, key=abs)
-        if abs(best) < BALANCE.certain:
+        steps[center] = -1 / slope
+        if abs(steps[center]) < enough:
             break
-    return best
+    at = min(steps, key=lambda center: abs(steps[center]))
+    beside = [center for center in steps if center != known]
+    if at == known and abs(steps[at]) >= enough and beside:  # it stands still: another may be right
+        other = min(beside, key=lambda center: abs(steps[center]))
+        at = other if abs(steps[other]) < BALANCE.certain / BALANCE.shrinks else at
+    return steps[at], at
 
 
 def _mean_step(
