@@ -195,3 +195,16 @@ def test_a_start_where_a_rate_is_infinite_is_left_without_a_warning():
     model = sf.System(name="pole", parameters={"p": 1.0}, states={"x": "p/x - x"})
     (branch,) = sf.response(model, vary="p", span=(1, 2)).branches
     assert branch.states[:, 0] ** 2 == pytest.approx(branch.parameter, rel=1e-12)
+
+
+def test_multipliers_whose_products_overflow_end_a_branch():
+    from slipfold.bifurcations.branches.stops import Unresolved
+
+    orbits = SimpleNamespace(place=lambda z: (0.5,), by=SimpleNamespace(growing=True))
+    watched = Unresolved(SimpleNamespace(orbits=orbits, place=orbits.place))
+    for largest, stops in [(1e149, False), (1e151, True)]:
+        point = SimpleNamespace(multipliers=np.array([largest, 1.0]), z=np.zeros(1))
+        interval = SimpleNamespace(
+            before=point, point=point, traced=SimpleNamespace(points=[point])
+        )
+        assert (watched.watch(interval).stop is not None) == stops
