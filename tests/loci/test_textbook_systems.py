@@ -166,6 +166,8 @@ def test_resonances_of_the_torus_normal_form_are_exact():
     resonances = {item.type: item for item in found.special if item.type in ("R3", "R4")}
     assert resonances["R4"].values == pytest.approx((0, np.pi / 2), abs=1e-11)
     assert resonances["R3"].values == pytest.approx((0, 2 * np.pi / 3), abs=1e-11)
+    # It has no resonant terms, which a quotient would be infinite by.
+    assert resonances["R4"].coefficients == {"d": pytest.approx(-2.0, rel=1e-7)}
     assert resonances["R3"].coefficients["b"] == pytest.approx(0, abs=1e-8)
     assert resonances["R3"].coefficients["c"] == pytest.approx(-2.0, rel=1e-7)
 

@@ -27,6 +27,12 @@ from slipfold.orbits.normal_forms.normal_form import (
 
 Vector = NDArray[Any]
 
+FORBIDDEN = 1e-8
+"""Ratio of the resonant term to the other at 1:4, below which it is zero: rounding leaves 1e-11.
+
+Where an orbit is its own mirror image half a period later, the multiplier of half a period is an
+eighth root of one, and the term does not exist."""
+
 
 def codimension_two_coefficients(
     map_: MapDerivatives, monodromy: Array, kind: str
@@ -121,7 +127,10 @@ def _fourth_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
     cubic = pair_cubic(map_, q, p, h11, h20)
     (with_h02,) = map_.second([(q.conj(), h20.conj())])
     bar = third_form(map_, q.conj(), q.conj(), q.conj()) + 3 * with_h02
-    ratio = -1j * cubic / abs(np.vdot(p, bar) / 6)
+    resonant = abs(np.vdot(p, bar) / 6)
+    if resonant <= FORBIDDEN * abs(cubic):
+        return {"d": float((cubic / 1j).real)}
+    ratio = -1j * cubic / resonant
     return {"a": float(ratio.real), "b": float(ratio.imag)}
 
 
