@@ -157,11 +157,11 @@ def test_where_stiff_structures_rest_is_found_to_the_digits_there_are():
     assert found[n - 2] == pytest.approx(LENGTH**3 / (3 * BENDING), rel=1e-6)
 
 
-def test_fifteen_elements_rest_where_the_beam_does():
-    (still,) = sf.response(sliding(15), vary="Vd", span=(1.5, 1.3)).branches
+def test_eight_elements_rest_where_the_beam_does():
+    (still,) = sf.response(sliding(8), vary="Vd", span=(1.5, 1.3)).branches
     assert still.stopped.kind == "span"
     tip = LOAD * friction(still.parameter) * LENGTH**3 / (3 * BENDING)
-    assert still.nodes[:, 0, 28] == pytest.approx(tip, rel=1e-6)
+    assert still.nodes[:, 0, 14] == pytest.approx(tip, rel=1e-6)
 
 
 def test_few_modes_squeal_where_fifteen_elements_do():
