@@ -185,3 +185,19 @@ def test_a_free_mass_has_too_few_eigenvectors():
     flow, constants = hybrid_flow_of(free).of((Status.FORTH,)), flow_of(free).constants_of(free)
     assert isinstance(flow, AffineFlow)
     assert flow.solutions(constants) is None
+
+
+def test_stick_without_a_limit_leaves_the_limit_of_other_systems(monkeypatch):
+    """A contact that may stick for ever at first sticks as long as before when it may not."""
+    monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=8))
+    model, mode = chain(4), (Status.STICK,)
+    state = np.zeros(8)
+    flow, ends = HybridFlow(model), []
+    for asks in (False, True):
+        system = flow.system(state, flow_of(model).constants_of(model), energies=False)
+        if asks:
+            unlimited = system.without_limit(0).run(mode, state, 0.0, 5.0)
+            assert unlimited.event is None
+        ends.append(system.run(mode, state, 0.0, 5.0).end)
+    assert 0 < ends[0] < 5
+    assert ends[0] == ends[1]

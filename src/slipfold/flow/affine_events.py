@@ -117,7 +117,13 @@ class AffineEvents:
         self._falls = falls
         places = {Ending.STOPS: 0, Ending.LIMIT: 2 * contacts}
         self._weights = [event.which + places.get(event.ending, contacts) for event in events]
-        self._known: tuple[Constants | None, Array, Harmonics | None] = None, falls, None
+        # What belongs to some constants, and to scales of the events: a limit may be left out
+        self._known: tuple[Constants | None, bytes, Array, Harmonics | None] = (
+            None,
+            b"",
+            falls,
+            None,
+        )
 
     @classmethod
     def of(
@@ -158,20 +164,21 @@ class AffineEvents:
         constants: Constants,
         weights: Array,
     ) -> _Watched | None:
-        known, by_states, explicit = self._known
-        if known is not constants:
+        sizes = weights[self._weights]
+        known, scaled, by_states, explicit = self._known
+        if known is not constants or scaled != sizes.tobytes():
             n, nothing = len(state), np.empty((len(constants.values), 0))
             zero = np.zeros(n)
             by_states = self._slopes.at(zero, 0.0, constants, nothing)[0]
             explicit = harmonics_of(
                 lambda at: self._slopes.values(np.zeros((len(at), n)), at, constants)[..., None],
                 np.ones(1),
-                1 / weights[self._weights],
+                1 / sizes,
             )
-            self._known = constants, by_states, explicit
+            self._known = constants, sizes.tobytes(), by_states, explicit
         if explicit is None:
             return None
-        scales = self._falls * weights[self._weights]
+        scales = self._falls * sizes
         seen = (scales[:, None] * by_states) @ solutions.shapes
         own = Harmonics(explicit.exponents, explicit.values * scales)
         return _Watched(solutions, solutions.into @ state, begin, seen, own)
