@@ -108,6 +108,10 @@ function ends(values) {
 /** How far starts lie from zero, in sizes of the orbit that is shown. */
 const REACHES = ["1", "2", "4", "8"];
 
+/** Milliseconds after which it is said why there is no picture yet. */
+const PATIENCE = 10_000;
+const SLOW = " Motions that never repeat are followed until their exponents are known, for seconds each. Stop, and judge one of them by \"Torus or chaos?\", or choose values at which motions repeat.";
+
 export class BasinsPanel {
   /** The element to put on the page. */
   node;
@@ -119,6 +123,8 @@ export class BasinsPanel {
   #stop;
   #plot;
   #picked;
+  #timer = 0;
+  #advice = "";
   #sizes = {};
 
   constructor(session, simulation) {
@@ -183,6 +189,10 @@ export class BasinsPanel {
       { kind: "basins", sentence, again: again ? () => this.#ask() : null });
     this.#clear();
     this.#working("Computing the basins…");
+    this.#timer = setTimeout(() => {
+      this.#advice = SLOW;
+      this.#working("Computing the basins…");
+    }, PATIENCE);
     requests.ask(request, { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
   }
 
@@ -191,6 +201,7 @@ export class BasinsPanel {
       this.#working(`${far[0]} of ${far[1]} starts have settled…`);
       return;
     }
+    this.#timely();
     this.#plot.show(picture);
     const uncertain = picture.uncertain.flat();
     const share = uncertain.filter(Boolean).length / uncertain.length;
@@ -219,11 +230,18 @@ export class BasinsPanel {
   }
 
   #working(text) {
-    this.#words.textContent = text;
+    this.#words.textContent = `${text}${this.#advice}`;
     this.#stop.hidden = false;
   }
 
+  /** Nothing is to be explained: a picture is there, or none is awaited. */
+  #timely() {
+    clearTimeout(this.#timer);
+    this.#advice = "";
+  }
+
   #rest(text) {
+    this.#timely();
     this.#words.textContent = text;
     this.#stop.hidden = true;
   }
