@@ -286,6 +286,65 @@ def test_a_sweep_is_no_file(exported):
             exported(view, form)
 
 
+OFTEN = ("duffing", "stuart-landau", "pin-on-disc", "mathieu")
+"""Folds of a response, a Hopf point, squeal, and a parametric excitation."""
+
+FIRST = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.long) for n in built_in_models()]
+
+
+def first_view(name):
+    """What the page shows of a model at first, and its plane."""
+    described = next(item for item in Catalogue().describe() if item["name"] == name)
+    view = {key: described["default"][key] for key in ("parameters", "vary", "span", "show")}
+    axes = [{"name": p["name"], "span": [p["low"], p["high"]]} for p in described["parameters"]]
+    usual = dict(zip(("x", "y"), axes, strict=False))
+    return {"model": name, "id": 1, **view}, described["plane"] or usual
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_copied_python_of_a_first_view_gives_its_numbers(name, tmp_path, monkeypatch, capsys):
+    view = {"kind": "diagram", **first_view(name)[0]}
+    export = exporting(None)
+    names = run_python(export(view, "python").decode(), tmp_path, monkeypatch)
+    (tmp_path / "saved.nc").write_bytes(export(view, "nc"))
+    # The page ends what takes long where it is; the script goes on.
+    for mine, shown in zip(names["diagram"].branches, sf.load("saved.nc").branches, strict=False):
+        assert len(mine) >= len(shown) > 0
+        np.testing.assert_array_equal(mine.parameter[: len(shown)], shown.parameter)
+        np.testing.assert_array_equal(mine.nodes[: len(shown)], shown.nodes)
+        if shown.stopped.kind == "interrupted":
+            break
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", built_in_models())
+def test_copied_python_of_a_sweep_and_a_plane_of_every_model_runs(
+    name, tmp_path, monkeypatch, capsys
+):
+    view, plane = first_view(name)
+    export = exporting(None)
+    sweep = {"kind": "sweep", "points": 3, **view}
+    answers = []
+    request = parse_request(json.dumps(sweep))
+    Answering(Catalogue()).answer(request, answers.append, lambda: None)
+    swept = run_python(export(sweep, "python").decode(), tmp_path, monkeypatch)["swept"]
+    copied = [value for way in ("up", "down") for value, _ in swept[way]]
+    assert [place["x"] for place in answers[:-1]] == copied
+    if len(plane) < 2:
+        return
+    text = export({"kind": "plane", "id": 1, "model": name, **plane}, "python").decode()
+    # A plane takes minutes for some models; the numbers of two are compared above.
+    monkeypatch.setattr(sf, "bifurcation_set", lambda *args, **options: (args, options))
+    first, second = plane["x"], plane["y"]
+    (model, axes, window), options = run_python(text.split("print")[0], tmp_path, monkeypatch)[
+        "result"
+    ]
+    assert model == built_in_models()[name]()
+    assert axes == (first["name"], second["name"])
+    assert window == (tuple(first["span"]), tuple(second["span"]))
+    assert options == ({} if model.forced else {"regions": False})
+
+
 @pytest.mark.parametrize(("form", "name"), [("python", "py"), ("toml", "toml"), ("csv", "csv")])
 def test_the_server_hands_files_over_with_names(explorer, form, name):
     with explorer.http() as http:
