@@ -94,3 +94,15 @@ def test_rounding_of_a_mean_force_couples_no_modes():
         scales = measured(model.replace(f=frequency)).state_scales()
         per_turn = scales[4:] / scales[:4] / (math.tau * model.natural_frequencies)
         assert np.log2(per_turn) == pytest.approx(0.0, abs=1)
+
+
+def test_a_plate_that_hardly_moves_at_first_does_not_set_the_scale():
+    # Friction bends where the pad moves as fast as the disc: 2,000 times farther at the other end.
+    contact = sf.FrictionContact("x", sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3), load=150, Vd=1.5)
+    pad = sf.Structure([[0.8]], [[6.0]], [[320000.0]], names="x", contacts=contact)
+    still = sf.Settings(largest_period=0)
+    slow, fast = (
+        sf.response(pad, "Vd", span, settings=still).branches[0].model.state_scales()[1]
+        for span in ((0.0015, 3.0), (3.0, 0.0015))
+    )
+    assert 0.01 < slow < fast < 10

@@ -38,6 +38,9 @@ class ScaleSettings:
     unmoved: float = 1e-13
     # Mean of rates, over the largest of the period, that is none: the sum of a harmonic force
     unbalanced: float = 1e-15
+    # Ratio of the size at one of several values of a parameter to that at the first, above which
+    # the first does not serve: orbits of a thousand sizes take ten times as many steps
+    apart: float = 64.0
 
 
 SCALES = ScaleSettings()
@@ -217,15 +220,29 @@ def measured(
     sizes = np.full(len(model.states), np.nan)
     for look in looks[: 1 if motion is not None else None]:
         sizes = np.fmax(sizes, look.moved(motion))
-    for look in looks:
-        if np.isnan(sizes).any():
-            sizes = np.where(np.isnan(sizes), look.bent, sizes)
+    if np.isnan(sizes).any():
+        sizes = np.where(np.isnan(sizes), _typical([look.bent for look in looks]), sizes)
     if np.isnan(sizes).any():
         resting = np.fmax.reduce([look.resting for look in looks])
         sizes = np.where(np.isnan(sizes), resting, sizes)
         sizes = np.where(np.isnan(sizes), looks[0].alike(sizes), sizes)
         sizes = np.where(np.isnan(sizes), looks[0].ratios, sizes)
     return model.with_scales(power_of_two(np.array([sizes, looks[0].equalized(sizes)])))
+
+
+def _typical(sizes: Sequence[Array]) -> Array:
+    """Return the first known sizes of several; if some are by far too small, geometric means.
+
+    Friction bends at the speed of the plate: those of the first value alone may be a plate's that
+    hardly moves.
+    """
+    first = sizes[0]
+    for other in sizes[1:]:
+        first = np.where(np.isnan(first), other, first)
+    largest = np.fmax.reduce(sizes)
+    with np.errstate(invalid="ignore"):
+        small = (largest > SCALES.apart * first).any()
+    return np.asarray(np.sqrt(first * largest) if small else first)
 
 
 def measured_within(
