@@ -119,3 +119,26 @@ def test_a_model_and_a_type_are_enough():
 def test_what_cannot_be_done_is_refused(call, words):
     with pytest.raises(sf.InputError, match=words):
         call(model_named("lure"), doubling())
+
+
+def test_a_tongue_of_entrainment_ends_where_nothing_forces():
+    # z' = (1 + i) z - |z|^2 z + F exp(i W t): near F = 0 the cycle |z| = 1 is entrained for
+    # |W - 1| < F, and its phase is arbitrary at the tip, where steps failed.
+    model = sf.System(
+        name="entrained",
+        parameters={"W": 1.0, "F": 0.1},
+        states={
+            "x": {"rate": "x - y - x*(x^2 + y^2) + F*cos(W*t)", "start": 1},
+            "y": "x + y - y*(x^2 + y^2) + F*sin(W*t)",
+        },
+        forcing={"period": "2*pi/W", "amplitude": "F"},
+    )
+    given = {"vary": "W", "span": (1, 1.2), "start": {"W": 1, "x": 1}, "settled": True}
+    fold = sf.response(model, **given).branches[0].special[0]
+    window = {"W": (0.7, 1.3), "F": (0, 0.3)}
+    (locus,) = sf.locus(fold, ("W", "F"), window, switch=False).loci
+    assert [end.kind for end in locus.ends] == ["window", "window"]
+    assert "F = 0" in locus.started.reason
+    near = locus.values[:, 1] < 1e-3
+    assert near.sum() > 3
+    assert locus.values[near, 0] - 1 == pytest.approx(locus.values[near, 1], rel=1e-3, abs=1e-12)

@@ -61,6 +61,9 @@ from slipfold.progress import Observer
 UNDAMPED = 1e-6
 """Distance from the unit circle within which multipliers beside the critical ones are on it."""
 
+UNFORCED = 1e-6
+"""Amplitude of the forcing, over the width of the window, below which orbits are free cycles."""
+
 
 def trace_locus(
     curve: LocusEquations,
@@ -139,6 +142,12 @@ class _LocusEndings(Endings[OrbitPoint]):
             traced.points.append(stop.beyond)
             traced.reached = (stop.reached,)
             return stop.end
+        if _is_unforced(curve, last):
+            reason = (
+                f"reached {curve.orbits.model.forcing_amplitude} = 0, where the orbit is a free "
+                "cycle, of any phase"
+            )
+            return End("window", reason, pair_of(curve, last))
         kind, reason = failure_reason(curve.orbits, last, failure)
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
         if on_circle > (2 if curve.condition in PAIRED else 1):
@@ -147,6 +156,19 @@ class _LocusEndings(Endings[OrbitPoint]):
                 f"and which of them crosses it is not defined ({reason})"
             )
         return End(kind, reason, pair_of(curve, last))
+
+    def contradicted(self, traced: TracedCurve[OrbitPoint], extremum: OrbitPoint) -> End:
+        """Return the end; at the tip of a tongue of entrainment only rounding contradicts it."""
+        end = traced.end
+        if end is not None and _is_unforced(traced.curve, extremum):
+            return end
+        return super().contradicted(traced, extremum)
+
+
+def _is_unforced(curve: LocusEquations, point: OrbitPoint) -> bool:
+    """Whether the forcing has vanished, so that derivatives with the phase have no digits."""
+    plane, amplitude = plane_of(curve.orbits), curve.orbits.model.forcing_amplitude
+    return amplitude in plane and abs(point.z[plane.index(amplitude) - 2]) < UNFORCED
 
 
 SEVERAL = (
