@@ -380,17 +380,14 @@ def study_view(result: StudyResult, name: str) -> dict[str, Any]:
 def _quantity(result: StudyResult, name: str) -> dict[str, Any]:
     (item,) = (each for each in result.quantities if each.name == name)
     values = result.values[name]
-    known: list[str | float | None]
-    if item.kind == "text":
-        known = [str(value) or None for value in values]
-    else:
-        known = [number(value) for value in values]
+    is_text = item.kind == "text"
+    known = [(str(value) or None) if is_text else number(value) for value in values]
     return {
         "name": name,
         "label": name,
         "unit": item.unit,
         "doc": item.meaning,
-        "isText": item.kind == "text",
+        "isText": is_text,
         "values": [
             None if reason else value for value, reason in zip(known, result.reasons, strict=True)
         ],

@@ -292,26 +292,6 @@ class BasinsRequest(_Slow, _ModelRequest):
     y: PlaneAxis
 
 
-class CancelRequest(_Request):
-    """Stop a computation."""
-
-    kind: Literal["cancel"]
-    of: Literal[
-        "diagram",
-        "screen",
-        "orbit",
-        "plane",
-        "simulation",
-        "motion",
-        "sound",
-        "sweep",
-        "exponents",
-        "basins",
-        "regimes",
-        "friction",
-    ]
-
-
 DrawnRequest = Annotated[
     DiagramRequest | OrbitRequest | PlaneRequest | SimulationRequest | SweepRequest,
     Discriminator("kind"),
@@ -336,11 +316,20 @@ _View = (
 ViewRequest = Annotated[_View, Discriminator("kind")]
 """A request that is answered with something to look at."""
 
+KINDS = tuple(get_args(item.model_fields["kind"].annotation)[0] for item in get_args(_View))
+"""Kinds of requests for something to look at."""
+
+
+class CancelRequest(_Request):
+    """Stop a computation."""
+
+    kind: Literal["cancel"]
+    of: Annotated[str, Field(pattern=f"^({'|'.join(KINDS)})$")]  # kind of the request
+
+
 Request = Annotated[_View | CancelRequest, Discriminator("kind")]
 """Any request over the WebSocket."""
 
-KINDS = tuple(get_args(item.model_fields["kind"].annotation)[0] for item in get_args(_View))
-"""Kinds of requests for something to look at."""
 
 _ANY: TypeAdapter[Any] = TypeAdapter(Request)
 
