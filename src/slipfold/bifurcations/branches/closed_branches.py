@@ -81,9 +81,11 @@ def step_beside_parent(point: OrbitPoint) -> float:
     """Return the longest step that cannot pass the parent by more than its distance.
 
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
-    step could land on another branch that leaves the same parent nearby.
+    step could land on another branch that leaves the same parent nearby. The first step, from the
+    parent itself, was tried before.
     """
-    return max(STEP.emanating, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
+    apart = float(np.linalg.norm(asymmetry(point.curve.orbits, point.z)))
+    return max(STEP.emanating, 0.9 * apart) if apart > CLOSING.noise else np.inf
 
 
 def asymmetry(orbits: Orbits, z: Array) -> Array:

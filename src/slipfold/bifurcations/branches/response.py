@@ -118,11 +118,6 @@ class BranchTree(CurveSet[OrbitPoint]):
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
         orbits, settings, departs = start.curve, self._settings, start.departs
-
-        def cap(last: OrbitPoint) -> float:
-            """Return the longest step; the first one that leaves the parent was tried already."""
-            return np.inf if departs and last is point else step_beside_parent(last)
-
         return follow(
             orbits,
             point,
@@ -131,7 +126,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             settings=settings,
             departs=departs,
             first_step=partial(_first_step, orbits, point, settings) if departs else None,
-            cap=cap if has_image(orbits) else None,
+            cap=step_beside_parent if has_image(orbits) else None,
             endings=BranchEndings(self._span, settings),
             otherwise=Change(settings, through_stick=self._through_stick).otherwise,
             on_step=self._report,

@@ -79,11 +79,6 @@ def trace_locus(
 ) -> TracedCurve[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
     orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
-
-    def cap(point: OrbitPoint) -> float:
-        """Return the longest step; the first one that leaves the parents was tried already."""
-        return first_step if departs and point is start else step_beside_parent(point)
-
     return follow(
         curve,
         start,
@@ -92,7 +87,7 @@ def trace_locus(
         settings=settings,
         departs=departs,
         first_step=first_step,
-        cap=cap if has_image(orbits) else None,
+        cap=step_beside_parent if has_image(orbits) else None,
         endings=_LocusEndings(window, settings),
         otherwise=change.otherwise,
         on_step=watch,
