@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Mask
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
@@ -52,6 +52,9 @@ class ExtremaSearch:
     # Sixth difference of these, over the value, below which the polynomial is as good as it was
     # measured to be: with 1e-9 it is off by 5e-11 where friction is steep, with this by 6e-14
     smooth: float = 1e-11
+    # Distance between parabolas through three samples, over the bend of these, within which either
+    # hump may be the higher one: they are off by a thousandth of it with 27 samples a hump
+    near: float = 0.01
     jump: float = 1 / 8  # change between samples, over the range, that may hide a peak
     periods: int = 256  # examined of a trajectory that has not converged
     memory: int = 4_000_000  # numbers that are sampled at once: 32 MB
@@ -210,11 +213,9 @@ def _extrema_of_orbits(
     phases = np.tile(np.arange(total, dtype=float) * spacing, count)
     values = flow.outputs(samples, phases, constants.repeated(total))[:, columns]
     values = values.reshape(count, total, -1)
-    # One row for each minimum or maximum, output, and orbit.
-    nearest = np.array([values.argmin(axis=1).T, values.argmax(axis=1).T])
-    side, column, orbit = (index.ravel() for index in np.indices(nearest.shape))
-    signs = np.array([1.0, -1.0])[side]
-    at = nearest.ravel()
+    side, column, orbit, at = _lowest(values)
+    shape = 2, len(columns), count
+    rows, signs = np.ravel_multi_index((side, column, orbit), shape), 1.0 - 2.0 * side
     beside = values[orbit[:, None], (at[:, None] + _PLACES) % total, column[:, None]]
     beside *= signs[:, None]
     found, rough = _least_between(beside), np.flatnonzero(~_is_smooth(beside))
@@ -244,11 +245,54 @@ def _extrema_of_orbits(
     if len(rough):
         own = constants.rows(orbit)
         found[rough] = refine_minimum(flow, own, states, start, width, columns[column], signs)
-    low, high = (found.reshape(nearest.shape) * [[[1.0]], [[-1.0]]]).swapaxes(1, 2)
+    least = np.full(2 * len(columns) * count, np.inf)
+    np.minimum.at(least, rows, found)
+    low, high = (least.reshape(shape) * [[[1.0]], [[-1.0]]]).swapaxes(1, 2)
     revolving = np.zeros((count, len(flow.output_names)), dtype=bool)
     revolving[:, : ahead.shape[2]] = ahead.sum(axis=1) != 0
     turning = revolving[:, columns]
     return np.where(turning, -REVOLUTION / 2, low), np.where(turning, REVOLUTION / 2, high)
+
+
+def _lowest(values: Array) -> Indices:
+    """Return where minima and maxima are sought: sides, outputs, orbits and samples, (4, q).
+
+    Each has the sample that is lowest, or highest. Where it may lie on another hump, one has the
+    others as well whose parabolas come near that one. Shapes: values (n_orbits, n_samples,
+    n_outputs).
+    """
+    count, _, outputs = values.shape
+    column, orbit = (index.ravel() for index in np.indices((outputs, count)))
+    closed = np.concatenate([values[:, -1:], values, values[:, :1]], axis=1)
+    closed = np.ascontiguousarray(closed.swapaxes(1, 2))  # rows are searched many times as fast
+    found = []
+    for side in (0, 1):
+        nearest = closed[:, :, 1:-1].argmin(axis=2)
+        sides = np.full(nearest.size, side)
+        found.append([sides, column, orbit, nearest[orbit, column]])
+        own, other, at = _valleys(closed)
+        before, middle, after = (closed[own, other, at + i] for i in range(3))
+        bend = before - 2 * middle + after
+        heights = middle - (after - before) ** 2 / (8 * bend)
+        least = np.full((count, outputs), np.inf)
+        np.minimum.at(least, (own, other), heights)
+        near = heights <= least[own, other] + SEARCH.near * bend
+        near &= at != nearest[own, other]
+        more = np.full(np.count_nonzero(near), side)
+        found.append([more, other[near], own[near], at[near]])
+        np.negative(closed, out=closed)
+    return np.concatenate(found, axis=1)
+
+
+def _valleys(closed: Array) -> tuple[Indices, Indices, Indices]:
+    """Return which samples are lower than both neighbors: orbits, outputs and samples.
+
+    Shapes: closed (n_orbits, n_outputs, n_samples + 2).
+    """
+    falls = closed[:, :, 1:] < closed[:, :, :-1]
+    rises = closed[:, :, 1:] > closed[:, :, :-1]
+    own, other, at = (falls[:, :, :-1] & rises[:, :, 1:]).nonzero()
+    return own, other, at
 
 
 def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
