@@ -1,6 +1,7 @@
 """Where responses of structures with dry contacts end, and what trajectories do beyond."""
 
 import numpy as np
+import pytest
 
 import slipfold as sf
 
@@ -26,3 +27,31 @@ def test_response_ends_where_static_friction_lets_go_twice_in_a_period():
     before, beyond = (float(np.abs(end).max()) for end in ends)
     assert before < 1e-4
     assert beyond > 100 * before
+
+
+STRUCTURES = {
+    "wall": sf.Structure(
+        np.diag([1.0, 0.5]), sf.ProportionalDamping(alpha_M=0.02, beta_K=0.02),
+        [[3.0, -1.0], [-1.0, 2.0]], names="a b", forcing=sf.HarmonicForce("a", F=1.0),
+        contacts=sf.FrictionContact("b", sf.Coulomb(mu_s=0.4, mu_k=0.4), load=0.8, Vd=0), f=0.17,
+    ),
+    "belt in the plane": sf.Structure(
+        np.eye(2), 0.1 * np.eye(2), [[4.0, -1.0], [-1.0, 3.0]], names="a b",
+        contacts=sf.FrictionContact(("a", "b"), sf.Coulomb(mu_s=0.3, mu_k=0.3), load=0.8, Vd=0.3),
+        forcing=sf.HarmonicForce("a", F=1.0), f=0.17,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_response_passes_the_first_resonance(name):
+    """From one end of the span to the other; trajectories from rest converge to it."""
+    model = STRUCTURES[name]
+    diagram = sf.response(model, "f", (0.17, 0.3))
+    (branch,) = diagram.branches
+    assert branch.stopped.kind == "span"
+    assert diagram.checked.agree
+    index = int(branch.extrema.of("a")[1].argmax())
+    assert 0 < index < len(branch) - 1
+    settled = sf.simulate(model.replace(f=branch.parameter[index]), 120, np.zeros(4)).states[-1]
+    assert np.abs(settled - branch.orbit(index).state).max() < 1e-6
