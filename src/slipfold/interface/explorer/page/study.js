@@ -4,6 +4,7 @@ import { escaped } from "./diagram_data.js";
 import { Choice, element } from "./dom.js";
 import { CONFIG, layout, mapping, padded } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { wrapped } from "./svg_file.js";
 import { LIGHT, colors, themeChanged } from "./theme.js";
 import { initialView, inside } from "./view.js";
 
@@ -112,8 +113,9 @@ function cell(value) {
 const REACH = 14;
 const DOT = 9;
 
-/** Pixels between a case and what is said of it. */
+/** Pixels between a case and what is said of it, and letters of a line of that. */
 const AWAY = 6;
+const TIP = 48;
 
 /** Pixels that a file has besides for what explains its colors, for each letter of a word there, and for a title. */
 const BAR = 90;
@@ -325,7 +327,7 @@ class StudyPlot {
   #described(number) {
     const given = this.#study.parameters.map((item) => `${item.label} = ${withUnit(item, item.values[number])}`);
     const reason = this.#study.reasons[number];
-    const found = reason ? [wrapped(reason)] : this.#study.quantities
+    const found = reason ? wrapped(reason, TIP) : this.#study.quantities
       .filter(({ values }) => values[number] !== null)
       .map((item) => `${item.name}: ${item.isText ? item.values[number] : withUnit(item, item.values[number])}`);
     return [given.join(", "), ...found].join("\n");
@@ -376,11 +378,6 @@ function edgesOf(values) {
   const inner = values.slice(1).map((value, i) => (value + values[i]) / 2);
   if (inner.length === 0) return [values[0] - 0.5 * (Math.abs(values[0]) || 1), values[0] + 0.5 * (Math.abs(values[0]) || 1)];
   return [2 * values[0] - inner[0], ...inner, 2 * values.at(-1) - inner.at(-1)];
-}
-
-/** A sentence in lines that fit into a tip. */
-function wrapped(sentence) {
-  return sentence.replace(/(.{1,48})(\s+|$)/g, "$1\n").trimEnd();
 }
 
 export class StudyPanel {

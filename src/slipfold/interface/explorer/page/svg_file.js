@@ -48,7 +48,7 @@ export async function pictureOf({ text, width, height }) {
 }
 
 /** A sentence in lines of so many letters. */
-function wrapped(sentence, most) {
+export function wrapped(sentence, most) {
   return sentence.split(" ").reduce((lines, word) => {
     const longer = [lines.at(-1), word].filter(Boolean).join(" ");
     return longer.length <= most ? [...lines.slice(0, -1), longer] : [...lines, word];

@@ -1,6 +1,7 @@
 /** Friction of the contacts: the coefficient over the slip speed while sliders move, and other laws. */
 
 import { withText } from "../connection.js";
+import { valueAt } from "./contacts.js";
 import { Choice, element } from "../dom.js";
 import { carriedOver, written } from "./editor.js";
 import { formatted, withUnit } from "../quantities.js";
@@ -77,8 +78,9 @@ export class FrictionPanel {
     if (!contact) return;
     const at = speed ?? contact.plate;
     const isIn = at !== null && at >= 0 && at <= contact.speed.at(-1);
-    this.#pointed.textContent = isIn ? `μ = ${formatted(valueAt(contact, at), 4)} at ${withUnit(SPEED, at, 3)}${speed === null ? ", the surface's speed" : ""}` : "\u00a0";
-    this.#plot.point(isIn ? { x: at, dots: [{ x: at, y: valueAt(contact, at), tint: "live" }] } : {});
+    const mu = isIn ? valueAt({ t: contact.speed }, contact.coefficient, at) : 0;
+    this.#pointed.textContent = isIn ? `μ = ${formatted(mu, 4)} at ${withUnit(SPEED, at, 3)}${speed === null ? ", the surface's speed" : ""}` : "\u00a0";
+    this.#plot.point(isIn ? { x: at, dots: [{ x: at, y: mu, tint: "live" }] } : {});
   }
 
   #choose(place) {
@@ -100,10 +102,4 @@ export class FrictionPanel {
       this.#show(this.#answer);
     }
   }
-}
-
-function valueAt({ speed, coefficient }, at) {
-  const after = Math.max(speed.findIndex((value) => value >= at), 1);
-  const share = (at - speed[after - 1]) / (speed[after] - speed[after - 1]);
-  return coefficient[after - 1] + share * (coefficient[after] - coefficient[after - 1]);
 }
