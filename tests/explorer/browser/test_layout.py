@@ -181,7 +181,7 @@ def test_a_presentation_has_large_type_and_no_controls(still):
     size = "(selector) => document.querySelector(selector).layout.font.size"
     page.evaluate("document.activeElement.blur()")  # of a box it would be a letter
     page.keyboard.press("p")
-    for hidden in (".masthead .tools", "#diagram .tools", "#diagram .sentence", "#simulation"):
+    for hidden in (".masthead .tools", "#diagram .tools", "#diagram > .sentence", "#simulation"):
         expect(page.locator(hidden)).to_be_hidden()
     for shown in (DIAGRAM, "#orbit .stage", "#parameter-Nd-slider"):
         expect(page.locator(shown)).to_be_visible()
