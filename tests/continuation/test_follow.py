@@ -1,5 +1,7 @@
 """The engine on plane curves: what it finds, where it ends, and that it knows nothing of orbits."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -102,3 +104,12 @@ def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():
     start = curve.turned(curve.begin([-1.5, -1.875], row=[1, 0]))
     trail = follow(curve, start, [(1, -1.875, 4.0)])
     assert (trail.end.kind, len(trail.points)) == ("window", 1)
+
+
+def test_a_step_that_rounding_swallows_is_none():
+    # So far along, a step of 1e-8 leads to the same arclength, and polynomials divided by zero.
+    curve = Cubic(1.0)
+    start = replace(curve.begin([-1.5, -(1.5**3) + 1.5], row=[1, 0]), arclength=1e9)
+    trail = follow(curve, start, [(1, -4.0, 4.0)], [Zeros(curve)], first_step=1e-8)
+    assert trail.end.kind == "failed"
+    assert len(trail.points) == 1

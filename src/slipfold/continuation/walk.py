@@ -151,7 +151,8 @@ class Front:
         measures = self._measured(rows, result, lengths_of(result.z - guesses), length, turn)
         # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
         fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)
-        fits &= found & inside
+        # A point that is the last one but for rounding is no step.
+        fits &= found & inside & (self.arclengths[at, -1] + length > self.arclengths[at, -1])
         rejected = np.flatnonzero(inside > fits)
         if len(rejected):
             ratio = np.where(
