@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from helpers.polynomial_map import DisguisedMap, times
 from slipfold.orbits.normal_forms.codimension_two import codimension_two_coefficients
-from slipfold.orbits.normal_forms.normal_form import quintic_coefficient
+from slipfold.orbits.normal_forms.normal_form import critical_vectors, quintic_coefficient
 
 SEEDS = range(4)
 STABLE = np.array([0.4, -0.7])
@@ -172,3 +172,9 @@ def test_generalized_period_doubling(seed, e):
     map_ = disguised(form, [[-1.0]], seed)
     expected = e / length(map_, 0) ** 4
     assert quintic_coefficient(map_, map_.matrix) == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_double_eigenvalue_with_one_eigenvector_is_no_warning():
+    # As at a Bogdanov-Takens point, where the other product of vectors is exactly zero.
+    q, *_ = critical_vectors(np.array([[0.0, 1.0], [0.0, 0.0]]), np.abs)
+    assert np.linalg.norm(q) == pytest.approx(1)

@@ -221,7 +221,8 @@ def critical_vectors(
     q /= np.linalg.norm(q)
     others, left = np.linalg.eig(matrix.T)
     p = left[:, np.argmin(np.abs(others - value))].astype(complex).conj()
-    return q, p / np.vdot(q, p), value
+    with np.errstate(divide="ignore", invalid="ignore"):  # a double eigenvalue with one eigenvector
+        return q, p / np.vdot(q, p), value
 
 
 def pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
