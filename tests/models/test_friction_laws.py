@@ -207,3 +207,15 @@ def test_a_law_of_ones_own_is_a_few_lines():
         law_record(law)
     assert law.slope(3.0) == pytest.approx(-0.4 / 16, rel=1e-14)
     assert law.force((3.0,), 2.0) == pytest.approx((0.4,))
+
+
+@pytest.mark.parametrize("law", [sf.Coulomb, sf.CoulombViscous])
+def test_one_coefficient_serves_for_rest_and_slip(law):
+    for given, expected in (
+        ({}, (0.5, 0.5)),
+        ({"mu_k": 0.3}, (0.3, 0.3)),
+        ({"mu_s": "0.7"}, (0.7, 0.7)),
+        ({"mu_k": 0.3, "mu_s": 0.4}, (0.4, 0.3)),
+    ):
+        made = law(**given)
+        assert (made.mu_s, made.mu_k) == expected

@@ -18,9 +18,13 @@ SECTIONS = ("Raises", "References", "Examples")
 """Headings of docstrings that follow the section on parameters."""
 
 
-def described(parameter: Parameter) -> Any:
-    """Return the dataclass field that holds the value of a parameter."""
-    return field(default=parameter.default, metadata={"parameter": parameter})
+def described(parameter: Parameter, default: Any = MISSING) -> Any:
+    """Return the dataclass field that holds the value of a parameter.
+
+    A default of None stands for a value that the class derives in `prepare`.
+    """
+    given = parameter.default if default is MISSING else default
+    return field(default=given, metadata={"parameter": parameter})
 
 
 def structural(

@@ -22,16 +22,35 @@ from slipfold.models.friction.law import (
 from slipfold.models.parametric import described, structural
 from slipfold.models.quantities import Expression, Symbols, nonnegative, positive
 
+_CONSTANT = replace(KINETIC, default=STATIC.default)
+
 
 @dataclass(frozen=True)
-class Coulomb(FrictionLaw):
+class _ConstantCoefficients(FrictionLaw):
+    """Base of laws with one coefficient, unless a second one is given."""
+
+    mu_s: float = described(STATIC, None)
+    mu_k: float = described(_CONSTANT, None)
+
+    def prepare(self) -> None:
+        """Let the coefficient that is not given be the other one."""
+        super().prepare()
+        values = {name: getattr(self, name) for name in ("mu_s", "mu_k")}
+        given = [value for value in values.values() if value is not None] or [STATIC.default]
+        for name, value in values.items():
+            object.__setattr__(self, name, given[0] if value is None else value)
+
+
+@dataclass(frozen=True)
+class Coulomb(_ConstantCoefficients):
     r"""Coulomb friction, set-valued at rest.
 
     .. math::
 
         \mu(v) = \mu_k \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
 
-    In slip ``mu_k`` alone acts; ``mu_s`` says when a contact begins to slip.
+    In slip ``mu_k`` alone acts; ``mu_s`` says when a contact begins to slip. If one of them is
+    given, the other is equal to it.
 
     References
     ----------
@@ -42,13 +61,12 @@ class Coulomb(FrictionLaw):
     --------
     >>> Coulomb(mu_s=0.5, mu_k=0.4).force((0.0, 3.0), normal=2.0)
     (0.0, 0.8)
+    >>> Coulomb(mu_k=0.3).mu_s
+    0.3
     """
 
     title: ClassVar[str] = "Coulomb"
     rate_independent: ClassVar[bool] = True
-
-    mu_s: float = described(STATIC)
-    mu_k: float = described(replace(KINETIC, default=0.5))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k``."""
@@ -56,12 +74,14 @@ class Coulomb(FrictionLaw):
 
 
 @dataclass(frozen=True)
-class CoulombViscous(FrictionLaw):
+class CoulombViscous(_ConstantCoefficients):
     r"""Coulomb friction and a part that grows with the slip speed.
 
     .. math::
 
         \mu(v) = \mu_k + \sigma_2 v \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
+
+    If one of ``mu_s`` and ``mu_k`` is given, the other is equal to it.
 
     References
     ----------
@@ -76,8 +96,6 @@ class CoulombViscous(FrictionLaw):
 
     title: ClassVar[str] = "Coulomb and viscous"
 
-    mu_s: float = described(STATIC)
-    mu_k: float = described(replace(KINETIC, default=0.5))
     s2: float = described(replace(VISCOUS, default=0.1))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
