@@ -58,3 +58,12 @@ def test_copied_python_draws_the_readings(tmp_path, monkeypatch):
     own = sf.read_measurement(asked["measurements"], names["model"])
     np.testing.assert_array_equal(names["measured"].measured, own.measured)
     assert "measured, upward" in (tmp_path / "diagram.svg").read_text()
+
+
+@pytest.mark.parametrize("pins", [[], [{"name": "slower", "parameters": {"Vd": 0.4}}]])
+def test_figures_hold_the_measurements_that_the_page_draws(pins):
+    view = diagram(span=[0, 0.02], show="y")
+    asked = {"view": view, "format": "svg", "measurements": "rig.csv", "measured": TEXT}
+    figure = ExportRequest.model_validate({**asked, "pins": pins})
+    drawn = Answering(Catalogue()).export(figure, lambda: None).decode()
+    assert "measured, upward" in drawn

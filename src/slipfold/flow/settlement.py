@@ -574,7 +574,8 @@ def _still_changing(end: _End, returns: _Returns, start: str, tolerance: float) 
             return not_converged(
                 f"{start}the trajectory comes back after about {trend.period * between:.4g} s, "
                 f"still changed by {trend.drift:.1e}, shrinking by the factor "
-                f"{trend.rate**trend.period:.6g}; about {more * between:.3g} s more are needed",
+                f"{trend.rate**trend.period:.6g}; about {_time_text(more * between)} more are "
+                "needed",
                 trend.drift,
                 trend.rate,
                 more * between,
@@ -586,7 +587,12 @@ def _still_changing(end: _End, returns: _Returns, start: str, tolerance: float) 
     return not_converged(
         f"{start}the trajectory comes back after about {between:.4g} s, changed by "
         f"{first.drift:.1e}, and this does not shrink; a torus, chaos or a very slow transient: "
-        f"look at the trajectory, or simulate {10 * end.time:.3g} s",
+        f"look at the trajectory, or simulate {_time_text(10 * end.time)}",
         first.drift,
         first.rate,
     )
+
+
+def _time_text(time: float) -> str:
+    """Return a time in seconds with three digits, e.g. ``"30,000 s"``."""
+    return f"{float(f'{time:.3g}'):,.6g} s"

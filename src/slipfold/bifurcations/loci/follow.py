@@ -452,8 +452,9 @@ class _Loci(CurveSet[OrbitPoint]):
         curve = traced.curve
         names = "".join(f", {found.type}" for found in traced.found)
         start, last = (pair_of(curve, point) for point in (traced.points[0], traced.points[-1]))
-        text = f"{title_of(curve)}, {len(traced.points)} points{names}"
-        line = LocusLine(self._lines, curve.condition, curve.orbits.period, start)
+        title = title_of(curve)
+        text = f"{title}, {len(traced.points)} points{names}"
+        line = LocusLine(self._lines, curve.condition, curve.orbits.period, title, start)
         self._observer(locus_progress("loci", len(self.curves), None, last, text, line=line))
 
 

@@ -124,6 +124,7 @@ class LocusLine:
     number: int  # number of the line, from 0
     type: str  # type of the locus, as of `Locus`
     period: int  # period of its orbits
+    name: str  # title of the locus, such as ``"HB of equilibria"``
     start: tuple[float, float]  # values of the two parameters at its first point
 
 

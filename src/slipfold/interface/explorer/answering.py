@@ -57,6 +57,7 @@ from slipfold.interface.explorer.trajectories import (
 from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.parameter_space.measurement import parse_measurement
 from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
@@ -177,7 +178,10 @@ class Answering:
                 for pin in request.pins:
                     other = view.model_copy(update={"parameters": pin.parameters})
                     pinned[pin.name] = self._diagram(other, check)
-            return figure(result, view, request.format, pinned)
+            read, name = None, request.measurements
+            if request.measured is not None and isinstance(view, DiagramRequest):
+                read = parse_measurement(request.measured, name or "the file", model)
+            return figure(result, view, request.format, pinned, read)
         return written(result, request.format)
 
     # -- what is computed ----------------------------------------------------------------------

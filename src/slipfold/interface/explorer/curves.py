@@ -235,11 +235,12 @@ def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
         for name, value in zip(point.vary, point.certain_values, strict=True)
     ]
     name = point.name[0].upper() + point.name[1:]
+    title = locus_title(locus.type, locus.period, locus.kind)
     return {
         "type": point.type,
         "x": number(point.values[0]),
         "y": number(point.values[1]),
-        "sentence": f"{name} on the {locus.type} of period {locus.period} at {', '.join(position)}",
+        "sentence": f"{name} on the {title} at {', '.join(position)}",
         "meaning": meaning_of(point.type),
     }
 
@@ -326,6 +327,7 @@ def _grown_line(line: LocusLine, points: list[tuple[float, float]]) -> dict[str,
         "number": line.number,
         "type": line.type,
         "period": line.period,
+        "name": line.name,
         "x": short([first for first, _ in points]),
         "y": short([second for _, second in points]),
     }

@@ -35,6 +35,7 @@ from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.parameter_space.measurement import Measurement
 from slipfold.results.diagram import Diagram
 from slipfold.results.result import Result
 
@@ -72,10 +73,11 @@ def figure(
     view: DrawnRequest,
     form: str,
     pinned: Mapping[str, Diagram] = MappingProxyType({}),
+    measured: Measurement | None = None,
 ) -> bytes:
-    """Return a figure of a view, with other responses by their names; as ``slipfold plot``."""
+    """Return a figure of a view, as ``slipfold plot``; with other responses and a measurement."""
     # Drawing takes long to load, and most requests do without it.
-    from slipfold.plots.response import draw_family, name_family
+    from slipfold.plots.response import draw_family, draw_measured, name_family
     from slipfold.plots.style import drawn
 
     def draw(ax: Axes) -> None:
@@ -83,9 +85,12 @@ def figure(
             diagrams = [cast(Diagram, result), *pinned.values()]
             shown, measure = cast(DiagramRequest, view).show, cast(DiagramRequest, view).statistic
             draw_family(diagrams, shown, measure, ax)
+            if measured is not None:
+                draw_measured(ax, measured, measure, shown)
+                ax.legend()
             name_family(ax, diagrams, ["live", *pinned], shown, measure)
         elif isinstance(view, DiagramRequest):
-            result.plot(view.show, measure=view.statistic, ax=ax)
+            result.plot(view.show, measure=view.statistic, measured=measured, ax=ax)
         elif isinstance(view, SimulationRequest):
             result.plot(result.model.shown[0], ax=ax)
         elif isinstance(view, PlaneRequest):

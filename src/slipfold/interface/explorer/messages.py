@@ -351,6 +351,7 @@ class ExportRequest(_Message):
     format: Literal["python", "toml", "csv", "nc", "pdf", "svg", "png"]
     pins: Annotated[list[Pin], Field(max_length=PAGE.pins)] = []  # curves beside a diagram
     measurements: FileName | None = None  # file whose measurements are drawn on the diagram
+    measured: str | None = None  # what is in that file, for a figure
 
 
 class ValuesRequest(_Quick, _OfModel):

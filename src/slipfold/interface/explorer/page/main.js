@@ -79,7 +79,7 @@ function build(models, study, { view: given, sentence }) {
       picture: (format) => plotted(diagram, format),
       pins: () => session.view.pins.map(({ name, parameters }) =>
         ({ name, parameters: diagramRequest(session.view, parameters).parameters })),
-      measurements: () => (measurements.of(session.view) ? measurements.file.name : null),
+      measurements: () => (measurements.of(session.view) ? measurements.file : null),
     }, page),
     plane: new ExportMenu("plane", {
       isCommand: true,

@@ -21,7 +21,7 @@ const MOST = 64 * 1024;
 export class Measurements {
   /** Announces nothing: measurements have come or gone. */
   changed = new Signal();
-  /** `{name, model, vary, values, sweep, quantities}`, or null. */
+  /** `{name, text, model, vary, values, sweep, quantities}`, or null. */
   file = null;
   #session;
   #asked = 0;
@@ -35,9 +35,10 @@ export class Measurements {
     const number = ++this.#asked;
     const { model } = this.#session.view;
     try {
-      const found = await this.#sent(model, file);
+      const text = await file.text();
+      const found = await this.#sent(model, file.name, text);
       if (number !== this.#asked) return;
-      this.#take({ ...found, name: file.name, model });
+      this.#take({ ...found, name: file.name, text, model });
     } catch (error) {
       if (number === this.#asked) this.#tell(error.message);
     }
@@ -60,10 +61,10 @@ export class Measurements {
     return found ? { ...found, values: file.values, sweep: file.sweep } : null;
   }
 
-  async #sent(model, file) {
-    const body = JSON.stringify(withText({ model, name: file.name, measurements: await file.text() }));
+  async #sent(model, name, measurements) {
+    const body = JSON.stringify(withText({ model, name, measurements }));
     if (new Blob([body]).size > MOST) {
-      throw new Error(`${file.name} is larger than ${MOST / 1024} kB; leave out lines, or draw it with slipfold plot --measured`);
+      throw new Error(`${name} is larger than ${MOST / 1024} kB; leave out lines, or draw it with slipfold plot --measured`);
     }
     return (await posted("/api/measurements", body)).json();
   }

@@ -107,8 +107,8 @@ export function nameOf({ name }, criticality) {
  * @param {object[]} lines the server's
  */
 function draftOf(lines) {
-  const loci = lines.map(({ type, period, x, y }) => (
-    { type, period, name: `${type} of period ${period}`, segments: [{ criticality: null, x, y }], special: [] }));
+  const loci = lines.map(({ type, period, name, x, y }) => (
+    { type, period, name, segments: [{ criticality: null, x, y }], special: [] }));
   return { loci, regions: null, isDraft: true };
 }
 

@@ -32,12 +32,14 @@ export async function copy(text) {
 /**
  * Ask the server for a view in another form.
  * @param {object} view the request that made it
- * @param {{measurements?: string|null, pins?: object[]}} [more] name of the file whose measurements are
- *   drawn on it, and curves beside it
+ * @param {{measurements?: object|null, pins?: object[]}} [more] the file whose measurements are drawn on it,
+ *   and curves beside it
  * @throws {Error} with the server's sentence
  */
 export async function exported(view, format, { measurements = null, pins = [] } = {}) {
-  return posted("/api/export", JSON.stringify({ view: withText({ id: 0, ...view }), format, measurements, pins }));
+  const { name = null, text = null } = measurements ?? {};
+  return posted("/api/export", JSON.stringify(
+    { view: withText({ id: 0, ...view }), format, measurements: name, measured: text, pins }));
 }
 
 /**
@@ -73,7 +75,7 @@ const FIGURES = ["pdf", "svg", "png"];
  * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
  * @property {() => object[]} [pins] curves beside it: names and parameters
- * @property {() => string|null} [measurements] name of the file whose measurements are drawn
+ * @property {() => object|null} [measurements] name and text of the file whose measurements are drawn
  */
 
 export class ExportMenu {
@@ -154,7 +156,8 @@ export class ExportMenu {
   async #file(format) {
     this.#say(`Computing the ${TYPES[format]} file…`);
     const pins = this.#source.pins?.() ?? [];
-    const blob = await (await exported(this.#source.request(), format, { pins })).blob();
+    const measurements = this.#source.measurements?.() ?? null;
+    const blob = await (await exported(this.#source.request(), format, { pins, measurements })).blob();
     download(blob, `slipfold-${this.#name}.${format}`);
     this.#say(`Saved as ${TYPES[format]}.`);
   }
