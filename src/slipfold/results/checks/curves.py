@@ -142,20 +142,19 @@ def check_some(
     The first is checked in any case; if it is too expensive, only its states are. An interruption
     returns what is done.
     """
-    left, checks, interrupted = CHECKS.fraction * points, _Checks(), False
+    left, checks = CHECKS.fraction * points, _Checks()
     try:
-        for candidate in candidates:
-            if left < CHECKS.equilibrium and checks.count:
-                break
-            on_progress(checks.count)
-            left -= _check(candidate, left, checks)
+        try:
+            for candidate in candidates:
+                if left < CHECKS.equilibrium and checks.count:
+                    break
+                on_progress(checks.count)
+                left -= _check(candidate, left, checks)
+        finally:
+            checks.compare()
     except KeyboardInterrupt:
-        interrupted = True
-    try:
-        checks.compare()
-    except KeyboardInterrupt:
-        interrupted = True
-    return Checked(tuple(checks.done), interrupted=interrupted)
+        return Checked(tuple(checks.done), interrupted=True)
+    return Checked(tuple(checks.done))
 
 
 class _Checks:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -20,14 +19,13 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
 from slipfold.flow.intervals import MANY, Field, LinearPart, newton_step
 from slipfold.models.angles import wrap_angles
-from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
 from slipfold.orbits.multipliers import multiplier_differences, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import SPREAD
 from slipfold.results.checks.checked import CHECKS
-from slipfold.results.checks.retraced import Retraced, SampledSolution, retrace, retrace_each
+from slipfold.results.checks.retraced import Retraced, SampledSolution, retrace
 
 
 def implicit_ends(
@@ -93,8 +91,9 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
         return 0
     phases = np.linspace(0.0, orbit.period, segments, endpoint=False)
     flow = flow_of(orbit.model)
-    field = _field(orbit.model, flow, flow.constants_of(orbit.model))
-    slopes = field.jacobians(orbit.nodes / field.scales, phases)
+    scales = orbit.model.state_scales()
+    field = Field(flow, flow.constants_of(orbit.model), scales, [], LinearPart())
+    slopes = field.jacobians(orbit.nodes / scales, phases)
     if not np.isfinite(slopes).all():
         return 0
     fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
@@ -115,9 +114,8 @@ def orbit_differences(orbits: Sequence[PeriodicOrbit], pieces: Sequence[int]) ->
         alike[-1 - i if alone else id(flow_of(orbit.model))].append(i)
     for some in alike.values():
         if len(some) > 1:
-            with suppress(np.linalg.LinAlgError):  # of one orbit: each is solved on its own
-                known = _differences([orbits[i] for i in some], [pieces[i] for i in some])
-                compared.update(zip(some, known, strict=True))
+            known = _differences([orbits[i] for i in some], [pieces[i] for i in some])
+            compared.update(zip(some, known, strict=True))
     return [
         _allowed_uncertainty(*given, compared.get(i))
         for i, given in enumerate(zip(orbits, pieces, strict=True))
@@ -250,9 +248,8 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     implicit steps deviate from it.
     """
     flow = flow_of(orbit.model)
-    retraced = retrace(
-        flow, orbit.model.state_scales(), solution_of(orbit, flow, CHECKS.pieces * orbit.period)
-    )
+    solution = solution_of(orbit, flow, CHECKS.pieces * orbit.period)
+    (retraced,) = retrace(flow, orbit.model.state_scales(), [solution])
     stiff = None if retraced.resolved else implicit_drift(orbit, flow)
     if stiff is not None:
         return Difference(stiff, CHECKS.coarse, "implicit steps")
@@ -294,11 +291,6 @@ def solution_of(
     )
 
 
-def _field(model: Model, flow: Flow, constants: Constants) -> Field:
-    """Return the right-hand side as it is compiled for the flow: a check compiles nothing."""
-    return Field(flow, constants, model.state_scales(), [], LinearPart())
-
-
 class _OrbitComparison(NamedTuple):
     """An orbit compared with polynomials in pieces."""
 
@@ -318,19 +310,18 @@ def _differences(
 
     Shapes: free (n,), what multipliers may differ by in any case.
     """
-    flow, several = flow_of(orbits[0].model), len(orbits) > 1
-    given = zip(orbits, pieces, strict=True)
+    flow, given = flow_of(orbits[0].model), [*zip(orbits, pieces, strict=True)]
     solutions = [solution_of(orbit, flow, count, slopes=True) for orbit, count in given]
     scales = [orbit.model.state_scales() for orbit in orbits]
-    retraced = retrace_each(flow, np.array(scales), solutions)
+    retraced = retrace(flow, np.array(scales), solutions)
     found = [_OrbitComparison(Difference(item.drift), Difference(0.0)) for item in retraced]
     known = [i for i, item in enumerate(retraced) if item.complete and item.is_finite]
     whole = [_Whole(orbits[i], solutions[i], retraced[i], scales[i], flow) for i in known]
     try:
         compared = _compared(whole, free) if whole else []
     except np.linalg.LinAlgError:  # one is so far from an orbit that nothing can be solved
-        if several:
-            raise
+        if len(given) > 1:
+            return [_differences([orbit], [count], free)[0] for orbit, count in given]
         compared = [_OrbitComparison(Difference(np.inf), Difference(0.0))]
     for i, comparison in zip(known, compared, strict=True):
         found[i] = comparison
@@ -426,9 +417,8 @@ def _condensed(whole: Sequence[_Whole]) -> Array:
     together, parts = max(1, CHECKS.memory // (m * n) ** 2), []
     for first in range(0, count, together):
         rows = slice(first, first + together)
-        own, scales = np.repeat(which[rows], m), whole[0].scales
-        if len(whole) > 1:
-            scales = np.array([item.scales for item in whole])[own]
+        own = np.repeat(which[rows], m)
+        scales = whole[0].scales if len(whole) == 1 else np.array([w.scales for w in whole])[own]
         field = Field(flow, constants.rows(own), scales, [], linear)
         given = nodes[rows], start[rows], lengths[rows], stages[rows]
         solved = newton_step(field, gauss_points(m), *given)

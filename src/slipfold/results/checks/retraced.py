@@ -106,16 +106,12 @@ class _Compared(NamedTuple):
         return _Pieces(begin.ravel(), np.repeat(half, 2), states.reshape(-1, states.shape[2]))
 
 
-def retrace(flow: Flow, scales: Array, solution: SampledSolution) -> Retraced:
-    """Cut a trajectory into pieces until each satisfies the equations.
+def retrace(flow: Flow, scales: Array, solutions: Sequence[SampledSolution]) -> list[Retraced]:
+    """Cut trajectories into pieces until each satisfies the equations.
 
-    If that does not end, the pieces are the initial ones.
+    If that does not end, the pieces are the initial ones. Shapes: scales (k, n), or (n,) for all.
     """
-    return retrace_each(flow, scales[None], [solution])[0]
-
-
-def retrace_each(flow: Flow, scales: Array, solutions: Sequence[SampledSolution]) -> list[Retraced]:
-    """Do this for many trajectories together. Shapes: scales (k, n)."""
+    scales = np.broadcast_to(scales, (len(solutions), scales.shape[-1]))
     constants = Constants.stacked([solution.constants for solution in solutions])
     firsts = _first_pieces(flow, solutions, constants)
     searches = [_retracing(*given) for given in zip(solutions, scales, firsts, strict=True)]

@@ -160,7 +160,7 @@ def _retraced(trajectory: Trajectory) -> list[Check]:
             CHECKS.pieces,
             angle_periods=trajectory.model.angle_periods,
         )
-        result = retrace(flow, scales, one)
+        (result,) = retrace(flow, scales, [one])
         tried += result.tried
         time = f"{place * constants.period:.6g} s"
         checks.append(
