@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -118,12 +118,8 @@ class AffineEvents:
         places = {Ending.STOPS: 0, Ending.LIMIT: 2 * contacts}
         self._weights = [event.which + places.get(event.ending, contacts) for event in events]
         # What belongs to some constants, and to scales of the events: a limit may be left out
-        self._known: tuple[Constants | None, bytes, Array, Harmonics | None] = (
-            None,
-            b"",
-            falls,
-            None,
-        )
+        none: tuple[Constants | None, bytes, Array, Harmonics | None] = None, b"", falls, None
+        self._known = none
 
     @classmethod
     def of(
@@ -145,10 +141,7 @@ class AffineEvents:
 
         None where no closed form has enough digits. Shapes: state (n,).
         """
-        solutions = self._flow.solutions(constants)
-        watched = None
-        if solutions is not None:
-            watched = self._watched(solutions, state, begin, constants, weights)
+        watched = self._watched(state, begin, constants, weights)
         if watched is None:
             return None
         found = watched.first(end) if self._events else None
@@ -157,14 +150,11 @@ class AffineEvents:
         return AffinePhase(event, begin, phase, watched, constants.scales)
 
     def _watched(
-        self,
-        solutions: AffineSolutions,
-        state: Array,
-        begin: float,
-        constants: Constants,
-        weights: Array,
+        self, state: Array, begin: float, constants: Constants, weights: Array
     ) -> _Watched | None:
-        sizes = weights[self._weights]
+        sizes, solutions = weights[self._weights], self._flow.solutions(constants)
+        if solutions is None:
+            return None
         known, scaled, by_states, explicit = self._known
         if known is not constants or scaled != sizes.tobytes():
             n, nothing = len(state), np.empty((len(constants.values), 0))
@@ -209,17 +199,10 @@ class AffinePhase:
         watched, shapes = self.watched, self.watched.solutions.shapes
         sizes = np.abs(shapes / self.scales[:, None]).max(axis=0)
         phases, free = [np.array([self.begin])], [np.empty((0, len(shapes)), dtype=complex)]
-        here, left = self.begin, watched.free
-        while here < self.end:
-            visible = sizes * np.abs(left) > STEPS.visible
-            step = watched.step(visible, STEPS.turn, (self.end - self.begin) / STEPS.fewest)
-            count = max(1, int(np.ceil((self.end - here) / step * (1 - TOLERANCE))))
-            step, taken = (self.end - here) / count, min(count, STEPS.samples)
-            left, known = watched.advanced(here, left, step, taken)
-            phases.append(here + step * np.arange(1.0, taken + 1))
+        parts = watched.samples(self.end, STEPS, lambda moved: sizes * moved > STEPS.visible)
+        for places, known, visible in parts:
+            phases.append(places[1:])
             free.append(np.where(visible, known[:-1], 0.0))
-            here = self.end if taken == count else float(phases[-1][-1])
-            phases[-1][-1] = here
         return np.concatenate(phases), np.concatenate(free)
 
     def polynomials(self) -> StepPolynomials:
@@ -275,19 +258,31 @@ class _Watched:
         turned = np.exp(self.begin * self.solutions.forcing.exponents)
         return np.asarray(self.start - turned @ self.solutions.answers)
 
-    def advanced(
-        self, phase: float, free: Complex, step: float, count: int
-    ) -> tuple[Complex, Complex]:
-        """Return free motions after so many steps, (n,), and at the beginning and after each.
+    def samples(
+        self, end: float, rule: EventSearch | DenseSteps, visible: Callable[[Array], Mask]
+    ) -> Iterator[tuple[Array, Complex, Mask]]:
+        """Yield phases up to an end, free motions there, and which are visible by their sizes.
 
-        Shapes: free (n,); returns (n,), (count + 1, n).
+        As close as forcing and visible vibrations need them, some at a time: each time the first is
+        the last of those before. Shapes: yields (p,), (p, n), (n,).
         """
-        solutions = self.solutions
-        growth = np.exp(solutions.values * step)
-        known = np.concatenate([free[None], np.broadcast_to(growth, (count, len(free)))])
-        known = np.cumprod(known, axis=0)
-        known = self._with_resonances(known, phase, step * np.arange(count + 1.0))
-        return known[-1], known
+        phase, free, values = self.begin, self.free, self.solutions.values
+        known = self.solutions.forcing.exponents, self.own.exponents
+        slowest = max(np.abs(part).max(initial=0.0) for part in known)
+        while phase < end:
+            seen = visible(np.abs(free))
+            fastest = max(np.abs(values[seen]).max(initial=0.0), slowest)
+            step = (end - self.begin) / rule.fewest
+            step = min(step, rule.turn / fastest) if fastest else step
+            count = max(1, int(np.ceil((end - phase) / step * (1 - TOLERANCE))))
+            step, taken = (end - phase) / count, min(count, rule.samples)
+            growth = np.broadcast_to(np.exp(values * step), (taken, len(free)))
+            motions = np.cumprod(np.concatenate([free[None], growth]), axis=0)
+            times = step * np.arange(taken + 1.0)
+            motions, phases = self._with_resonances(motions, phase, times), phase + times
+            phases[-1] = end if taken == count else phases[-1]
+            yield phases, motions, seen
+            phase, free = float(phases[-1]), motions[-1]
 
     def _with_resonances(self, free: Complex, begin: float, times: Array) -> Complex:
         """Add answers to resonant forcing since a phase. Shapes: free (p, n); times (p,)."""
@@ -343,33 +338,12 @@ class _Watched:
         free = self.free * np.exp(times[:, None] * self.solutions.values)
         return self._with_resonances(free, self.begin, times)
 
-    def step(self, visible: Mask, turn: float, longest: float) -> float:
-        """Return the distance of samples that shows forcing and visible vibrations."""
-        fastest = max(
-            np.abs(self.solutions.values[visible]).max(initial=0.0),
-            np.abs(self.solutions.forcing.exponents).max(initial=0.0),
-            np.abs(self.own.exponents).max(initial=0.0),
-        )
-        return min(longest, turn / fastest) if fastest else longest
-
     def first(self, end: float) -> tuple[int, float] | None:
         """Return the number and the phase of the first event up to a phase, None if none."""
-        phase, free, longest = self.begin, self.free, (end - self.begin) / SEARCH.fewest
         seen = np.abs(self.seen)
-        total = seen @ np.abs(self.start) + np.finfo(float).tiny
-        while phase < end:
-            visible = np.any(seen * np.abs(free) > SEARCH.visible * total[:, None], axis=0)
-            step = self.step(visible, SEARCH.turn, longest)
-            count = max(1, int(np.ceil((end - phase) / step * (1 - TOLERANCE))))
-            step, taken = (end - phase) / count, min(count, SEARCH.samples)
-            free, known = self.advanced(phase, free, step, taken)
-            phases: Array = phase + step * np.arange(taken + 1.0)
-            phases[-1] = end if taken == count else phases[-1]
-            found = self._between(phases, known, visible)
-            if found is not None:
-                return found
-            phase = float(phases[-1])
-        return None
+        least = SEARCH.visible * (seen @ np.abs(self.start) + np.finfo(float).tiny)[:, None]
+        parts = self.samples(end, SEARCH, lambda sizes: np.any(seen * sizes > least, axis=0))
+        return next(filter(None, (self._between(*part) for part in parts)), None)
 
     def _between(self, phases: Array, free: Complex, visible: Mask) -> tuple[int, float] | None:
         """Return the first event between samples. Shapes: phases (p,); free (p, n)."""
