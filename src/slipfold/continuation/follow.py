@@ -158,7 +158,11 @@ def _leaves_at_once(
 ) -> bool:
     """Whether a curve that begins on a bound lies beyond it."""
     start = traced.points[0]
-    on = [(i, low, high) for i, low, high in bounds if _is_on(start.z[i], low, high)]
+    on = [
+        (i, low, high)
+        for i, low, high in bounds
+        if min(abs(start.z[i] - low), abs(high - start.z[i])) <= STEP.edge
+    ]
     if not on:
         return False
     if not traced.departs:
@@ -173,10 +177,6 @@ def _leaves_at_once(
     return isinstance(first, Failure) or any(not low <= first.z[i] <= high for i, low, high in on)
 
 
-def _is_on(value: float, low: float, high: float) -> bool:
-    return min(abs(value - low), abs(high - value)) <= STEP.edge
-
-
 def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
     """Add a point and all that lies between it and the one before."""
     interval = StepInterval(traced, point, STEP.memory)
@@ -187,7 +187,8 @@ def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) ->
             break
         result = monitor.watch(interval)
         found += result.found
-        if result.stop is not None and (stop is None or _is_earlier(result.stop, interval)):
+        last = interval.point.arclength
+        if result.stop and (stop is None or result.stop.point.arclength < last):
             stop = result.stop
             interval.cut(stop.point)
     # Nothing is stored if an error was raised before.
@@ -203,10 +204,6 @@ def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) ->
         traced.end, traced.closes = stop.end, stop.closes
         traced.reached = () if stop.reached is None else (stop.reached,)
         traced.points += [] if stop.beyond is None else [stop.beyond]
-
-
-def _is_earlier(stop: Stop[P], interval: StepInterval[P]) -> bool:
-    return stop.point.arclength < interval.point.arclength
 
 
 def reverses(before: P, after: P, found: Sequence[Found[P]], components: int) -> bool:

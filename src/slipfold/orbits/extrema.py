@@ -270,7 +270,9 @@ def _lowest(values: Array) -> Indices:
         nearest = closed[:, :, 1:-1].argmin(axis=2)
         sides = np.full(nearest.size, side)
         found.append([sides, column, orbit, nearest[orbit, column]])
-        own, other, at = _valleys(closed)
+        middle = closed[:, :, 1:-1]
+        lower = (closed[:, :, :-2] > middle) & (middle < closed[:, :, 2:])
+        own, other, at = lower.nonzero()
         before, middle, after = (closed[own, other, at + i] for i in range(3))
         bend = before - 2 * middle + after
         heights = middle - (after - before) ** 2 / (8 * bend)
@@ -282,17 +284,6 @@ def _lowest(values: Array) -> Indices:
         found.append([more, other[near], own[near], at[near]])
         np.negative(closed, out=closed)
     return np.concatenate(found, axis=1)
-
-
-def _valleys(closed: Array) -> tuple[Indices, Indices, Indices]:
-    """Return which samples are lower than both neighbors: orbits, outputs and samples.
-
-    Shapes: closed (n_orbits, n_outputs, n_samples + 2).
-    """
-    falls = closed[:, :, 1:] < closed[:, :, :-1]
-    rises = closed[:, :, 1:] > closed[:, :, :-1]
-    own, other, at = (falls[:, :, :-1] & rises[:, :, 1:]).nonzero()
-    return own, other, at
 
 
 def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -359,8 +350,6 @@ def refine_minimum(
 _PLACES = np.arange(-SEARCH.neighbors, SEARCH.neighbors + 1)
 _ORDERS = np.arange(len(_PLACES))
 _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
-
-
 _SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 
 

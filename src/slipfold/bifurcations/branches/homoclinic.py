@@ -53,7 +53,10 @@ class Homoclinic:
         """Return the point at which the branch has practically ended."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point]
         growth, value = _growth(orbits, points), orbits.value(interval.point.z)
-        stands = RULE.stands if _crawls(points) else STOP.constant
+        # Steps become short where multipliers of 1e60 leave no digits for longer ones.
+        recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
+        crawls = len(points) > RULE.crawls and recent < RULE.arc
+        stands = RULE.stands if crawls else STOP.constant
         if _stands(orbits, points, stands) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
@@ -124,14 +127,6 @@ def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
     return (
         f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
         f"{orbits.vary} hardly changes: the cycle nears a homoclinic orbit"
-    )
-
-
-def _crawls(points: Sequence[OrbitPoint]) -> bool:
-    """Whether steps have become short: multipliers of 1e60 leave no digits for longer ones."""
-    return (
-        len(points) > RULE.crawls
-        and points[-1].arclength - points[-RULE.crawls].arclength < RULE.arc
     )
 
 

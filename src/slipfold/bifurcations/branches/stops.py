@@ -151,21 +151,23 @@ class Families:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last of many points with the same value of the parameter."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
-        if orbits.kind == "equilibrium" and _runs_away(points[-STOP.away :]):
-            where = f" while {orbits.vary} stays at {orbits.value(points[-1].z):.9g}"
-            end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
-            return MonitorResult(stop=Stop(interval.point, end))
-        if orbits.kind != "equilibrium" and size_in_scales(orbits, interval.point) > STOP.far:
-            where = f" at {orbits.vary} = {_rounded(orbits, interval.point):.9g}"
-            end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
+        value, where = orbits.value(interval.point.z), ""
+        rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value  # that is rounding
+        if orbits.kind != "equilibrium":
+            if size_in_scales(orbits, interval.point) > STOP.far:
+                where = f" at {orbits.vary} = {rounded:.9g}"
+        elif _runs_away(points[-STOP.away :]):
+            where = f" while {orbits.vary} stays at {value:.9g}"
+        if where:
+            reason = far_away(orbits, interval.point, where)
+            end = End("unresolved", reason, orbits.place(interval.point.z))
             return MonitorResult(stop=Stop(interval.point, end))
         values = [point.z[-1] for point in points]
         if len(interval.traced.points) < STOP.family or max(values) - min(values) > STOP.constant:
             return MonitorResult()
-        if not _in_family(points):  # in a canard explosion the parameter is constant as well
+        # In a canard explosion the parameter is constant as well.
+        if not all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points):
             return MonitorResult()
-        value = orbits.value(points[-1].z)
-        rounded = _rounded(orbits, points[-1])
         reason = (
             f"{STOP.family} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, "
             "as around a center, that continues; stop it at an amplitude by an event"
@@ -178,12 +180,6 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     values = [point.z[-1] for point in points]
     regular = all(abs(point.tests["fold"]) > BIFURCATION.on_circle for point in points)
     return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
-
-
-def _rounded(orbits: Orbits, point: OrbitPoint) -> float:
-    """Return the parameter, zero if only rounding makes it differ."""
-    value = orbits.value(point.z)
-    return 0.0 if abs(value) < STOP.constant * orbits.width else value
 
 
 def size_in_scales(orbits: Orbits, point: OrbitPoint) -> float:
@@ -201,7 +197,3 @@ def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
         f"the {what} runs away to {name} = {state[farthest]:.4g}{where}; a limit of {name} ends "
         "the branch earlier"
     )
-
-
-def _in_family(points: Sequence[OrbitPoint]) -> bool:
-    return all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points)

@@ -104,18 +104,21 @@ class FurtherStart(_Message):
     duration: Annotated[Number, Field(gt=0)] | None = None
 
 
-class _ResponseRequest(_ModelRequest):
-    """The response that a view is about: what is varied, from where to where."""
-
+class _VaryRequest(_ModelRequest):
     vary: Name
-    span: tuple[Number, Number]
-    # Orbits and solutions whose branches are followed besides those of the response
-    also: Annotated[tuple[FurtherStart, ...], Field(max_length=PAGE.starts)] = ()
 
     @property
     def varied(self) -> tuple[str, ...]:
         """The parameter that is varied."""
         return (self.vary,)
+
+
+class _ResponseRequest(_VaryRequest):
+    """The response that a view is about: what is varied, from where to where."""
+
+    span: tuple[Number, Number]
+    # Orbits and solutions whose branches are followed besides those of the response
+    also: Annotated[tuple[FurtherStart, ...], Field(max_length=PAGE.starts)] = ()
 
 
 class _ShownRequest(_ResponseRequest):
@@ -132,18 +135,12 @@ class DiagramRequest(_ShownRequest):
     kind: Literal["diagram"]
 
 
-class ScreenRequest(_ModelRequest):
+class ScreenRequest(_VaryRequest):
     """A parameter over which the response has a bifurcation, where over this one it has none."""
 
     seconds: ClassVar[float] = 20.0
 
     kind: Literal["screen"]
-    vary: Name
-
-    @property
-    def varied(self) -> tuple[str, ...]:
-        """The parameter that is varied."""
-        return (self.vary,)
 
 
 class OnBranch(_Message):

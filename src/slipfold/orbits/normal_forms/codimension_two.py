@@ -48,10 +48,6 @@ def codimension_two_coefficients(
 # -- one critical multiplier -----------------------------------------------------------------------
 
 
-def _cusp(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    return cusp_form(map_, matrix - np.eye(len(matrix)))
-
-
 def cusp_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
     """Return c of a cusp. Shapes: singular (n, n)."""
     q, p = eigenvectors(singular, 0.0)
@@ -63,10 +59,6 @@ def cusp_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
 
 
 # -- a double multiplier ---------------------------------------------------------------------------
-
-
-def _first_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    return double_form(map_, matrix - np.eye(len(matrix)))
 
 
 def double_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
@@ -97,10 +89,6 @@ def _odd_double_form(
     c000 = third_form(map_, q0, q0, q0) + 3 * with_h20
     c001 = third_form(map_, q0, q0, q1) + 2 * with_h11 + other_h20
     return {"c": float((p0 @ c000).real / 6), "d": float((p0 @ c001 + p1 @ c000).real / 2)}
-
-
-def _least_squares(matrix: Array, side: Vector) -> Vector:
-    return np.asarray(np.linalg.lstsq(matrix, side)[0])
 
 
 # -- a pair ----------------------------------------------------------------------------------------
@@ -161,8 +149,8 @@ def _fold_torus(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
 
 
 _FORMS: dict[str, Callable[[MapDerivatives, Array], dict[str, float]]] = {
-    "CPC": _cusp,
-    "R1": _first_resonance,
+    "CPC": lambda map_, matrix: cusp_form(map_, matrix - np.eye(len(matrix))),
+    "R1": lambda map_, matrix: double_form(map_, matrix - np.eye(len(matrix))),
     "R2": _second_resonance,
     "R3": _third_resonance,
     "R4": _fourth_resonance,
@@ -217,10 +205,10 @@ def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
 
 def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
     """Return the quadratic coefficients; where a symmetry leaves none, the cubic ones."""
-    found = double_form(field, field.jacobian)
+    found, matrix = double_form(field, field.jacobian), field.jacobian
     if max(map(abs, found.values())) <= FORMS.symmetric:
         # x' = y and y' = c x^3 + d x^2 y; minimum-norm solutions have the symmetry.
-        return _odd_double_form(field, field.jacobian, partial(_least_squares, -field.jacobian), -1)
+        return _odd_double_form(field, matrix, lambda side: np.linalg.lstsq(-matrix, side)[0], -1)
     sign = -1.0 if found["a"] < 0 else 1.0
     return {name: sign * value for name, value in found.items()}
 
@@ -256,10 +244,6 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
         "p21": float(np.vdot(p1, by_x).real / 2),
         "p22": pair_cubic(field, q1, p1, h11, h1_1).real,
     }
-
-
-def _generalized_hopf(field: FieldMap) -> dict[str, float]:
-    return {"l2": second_lyapunov_coefficient(field)}
 
 
 def _double_hopf(field: FieldMap) -> dict[str, float]:
@@ -300,5 +284,5 @@ _EQUILIBRIUM_FORMS: dict[str, Callable[[FieldMap], dict[str, float]]] = {
     "BT": _bogdanov_takens,
     "ZH": _zero_hopf,
     "HH": _double_hopf,
-    "GH": _generalized_hopf,
+    "GH": lambda field: {"l2": second_lyapunov_coefficient(field)},
 }
