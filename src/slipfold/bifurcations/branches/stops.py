@@ -151,28 +151,32 @@ class Families:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last of many points with the same value of the parameter."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
-        value, where = orbits.value(interval.point.z), ""
+        value = orbits.value(interval.point.z)
         rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value  # that is rounding
-        if orbits.kind != "equilibrium":
-            if size_in_scales(orbits, interval.point) > STOP.far:
-                where = f" at {orbits.vary} = {rounded:.9g}"
-        elif _runs_away(points[-STOP.away :]):
+        many = len(interval.traced.points) >= STOP.family
+        far = orbits.kind != "equilibrium" and size_in_scales(orbits, interval.point) > STOP.far
+        if (many or far) and _in_family(points):
+            reason = (
+                f"{len(points)} orbits have the same {orbits.vary} = {rounded:.9g}: they are a "
+                "family, as around a center, that continues; stop it at an amplitude by an event"
+            )
+            return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
+        if far:
+            where = f" at {orbits.vary} = {rounded:.9g}"
+        elif orbits.kind == "equilibrium" and _runs_away(points[-STOP.away :]):
             where = f" while {orbits.vary} stays at {value:.9g}"
-        if where:
-            reason = far_away(orbits, interval.point, where)
-            end = End("unresolved", reason, orbits.place(interval.point.z))
-            return MonitorResult(stop=Stop(interval.point, end))
-        values = [point.z[-1] for point in points]
-        if len(interval.traced.points) < STOP.family or max(values) - min(values) > STOP.constant:
+        else:
             return MonitorResult()
-        # In a canard explosion the parameter is constant as well.
-        if not all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points):
-            return MonitorResult()
-        reason = (
-            f"{STOP.family} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, "
-            "as around a center, that continues; stop it at an amplitude by an event"
-        )
-        return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
+        reason = far_away(orbits, interval.point, where)
+        end = End("unresolved", reason, orbits.place(interval.point.z))
+        return MonitorResult(stop=Stop(interval.point, end))
+
+
+def _in_family(points: Sequence[OrbitPoint]) -> bool:
+    """Whether the parameter is constant, and not as in a canard explosion, by its folds."""
+    values = [point.z[-1] for point in points]
+    folds = all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points)
+    return max(values) - min(values) <= STOP.constant and folds
 
 
 def _runs_away(points: Sequence[OrbitPoint]) -> bool:
