@@ -49,7 +49,8 @@ def _of_equations(model: Model) -> dict[str, Any] | None:
     """Return the mechanism of equations of second order, by their derivatives."""
     rates, slopes = _linearized(model)
     pairs = _pairs(model, rates, slopes)
-    if not pairs or 2 * len(pairs) + len(_memories(model)) != len(model.states):
+    memory = sum(len(item.law.memory(len(item.slip))) for item in contacts_of(model))
+    if not pairs or 2 * len(pairs) + memory != len(model.states):
         return None
     place, speed = map(list, zip(*pairs, strict=True))
     later = evaluation_of(model).rates(model, _beside(model), 0.25)
@@ -129,11 +130,6 @@ def _links(matrix: Array) -> Iterator[list[int]]:
 
 def _variables(contact: Contact) -> list[str]:
     return hy.get_variables([as_symbol(part) for part in contact.slip])
-
-
-def _memories(model: Model) -> list[str]:
-    contacts = contacts_of(model)
-    return [state.name for item in contacts for state in item.law.memory(len(item.slip))]
 
 
 def _beside(model: Model) -> Array:

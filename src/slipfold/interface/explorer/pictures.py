@@ -14,7 +14,6 @@ from slipfold.declarations import default_of
 from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then, number, short
-from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import NOT_DONE, PERIODIC, TrajectoryGrid
 from slipfold.models.model import Model
 from slipfold.progress import Progress
@@ -40,7 +39,10 @@ def send_basins(
 
 def _picture(result: Basins) -> dict[str, Any]:
     """Return labels row by row from below, numbered so that finer pictures keep the numbers."""
-    order = sorted(result, key=_character)
+    # By properties that do not depend on how it was computed
+    order = sorted(
+        result, key=lambda item: (item.kind, item.period or 0, np.round(item.maximum, 6).tolist())
+    )
     labels = result.labels.copy()
     for index, item in enumerate(order, 1):
         labels[result.labels == item.id] = index
@@ -55,11 +57,6 @@ def _picture(result: Basins) -> dict[str, Any]:
             for item in order
         ],
     }
-
-
-def _character(item: Attractor) -> tuple[Any, ...]:
-    """Properties of an attractor that do not depend on how it was computed."""
-    return item.kind, item.period or 0, np.round(item.maximum, 6).tolist()
 
 
 TRANSIENT = default_of(regimes, "transient")

@@ -166,11 +166,7 @@ def number(value: float | None) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def now_and_then(
-    send: Emit,
-    check: Check,
-    note: Callable[[Progress], dict[str, Any]],
-) -> Observer:
+def now_and_then(send: Emit, check: Check, note: Callable[[Progress], dict[str, Any]]) -> Observer:
     """Return an observer that sends notes of the progress to the page at intervals."""
     sent = perf_counter()
 

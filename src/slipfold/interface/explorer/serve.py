@@ -44,7 +44,7 @@ def serve(
     catalogue = Catalogue(given, file)
     described = None if study is None else study_view(study, catalogue.names[0])
     listener = listen(public or "127.0.0.1", port)
-    host = _bracketed(public) if public else "127.0.0.1"
+    host = f"[{public}]" if public and ":" in public else public or "127.0.0.1"
     access = Access(listener.getsockname()[1], (host,) if public else LOCAL)
     limits = ServerLimits()
     take_one_thread()
@@ -95,7 +95,3 @@ def _is_every(address: str) -> bool:
         return ipaddress.ip_address(address).is_unspecified
     except ValueError:
         return False
-
-
-def _bracketed(address: str) -> str:
-    return f"[{address}]" if ":" in address else address

@@ -132,7 +132,8 @@ class KeptTrajectories:
         start = initial_state(model, start_of(model, request))
         key = model, tuple(start.tolist()), request.periods, request.interval
         if key not in self._kept:
-            timeless = runs_until_steady(model, request)
+            # It continues until it is steady, as in `slipfold.simulate`.
+            timeless = not model.forced and contacts_of(model) and request.interval is None
             self._kept[key] = integrate(
                 model if timeless else timed(model, request),
                 None if timeless else request.periods,
@@ -144,11 +145,6 @@ class KeptTrajectories:
         while len(self._kept) > PAGE.solutions:
             self._kept.popitem(last=False)
         return self._kept[key]
-
-
-def runs_until_steady(model: Model, request: SolutionRequest) -> bool:
-    """Whether a solution continues until it is steady, as in `slipfold.simulate`."""
-    return not model.forced and bool(contacts_of(model)) and request.interval is None
 
 
 def send_simulation(

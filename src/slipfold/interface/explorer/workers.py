@@ -386,7 +386,9 @@ class Workers:
             job = worker.job
             if reply.last:
                 worker.finish()
-                self._replace_if_large(worker)
+                if worker.resident_bytes() > self._limits.worker_bytes:
+                    self._workers[worker.index] = self._started(worker.index)
+                    worker.ask_to_stop()
             if not job.cancelled:
                 job.deliver(reply)
         if worker.idle:
@@ -414,11 +416,6 @@ class Workers:
         waiting, self._pending = self._pending, []
         for job in waiting:
             job.fail("no worker process can be started; the terminal of slipfold explore says why")
-
-    def _replace_if_large(self, worker: WorkerProcess) -> None:
-        if worker.resident_bytes() > self._limits.worker_bytes:
-            self._workers[worker.index] = self._started(worker.index)
-            worker.ask_to_stop()
 
     def _started(self, index: int) -> WorkerProcess:
         return WorkerProcess(
