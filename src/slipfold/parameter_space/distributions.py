@@ -133,14 +133,10 @@ class Distribution:
             return stats.uniform(self.mean - self.size, 2 * self.size)
         if self.kind == "lognormal":
             return stats.lognorm(self.size, scale=self.mean)
-        if not self._is_truncated:
+        if not (math.isfinite(self.low) or math.isfinite(self.high)):
             return stats.norm(self.mean, self.size)
         ends = (self.low - self.mean) / self.size, (self.high - self.mean) / self.size
         return stats.truncnorm(*ends, self.mean, self.size)
-
-    @property
-    def _is_truncated(self) -> bool:
-        return math.isfinite(self.low) or math.isfinite(self.high)
 
     @property
     def deviation(self) -> float:

@@ -94,10 +94,6 @@ class Function:
     numeric: Callable[..., float]
 
 
-def _sigmoid(value: float) -> float:
-    return 0.5 * (1.0 + math.tanh(0.5 * value))
-
-
 FUNCTIONS: dict[str, Function] = {
     "sin": Function(1, hy.sin, math.sin),
     "cos": Function(1, hy.cos, math.cos),
@@ -117,7 +113,7 @@ FUNCTIONS: dict[str, Function] = {
     "sqrt": Function(1, hy.sqrt, math.sqrt),
     "erf": Function(1, hy.erf, math.erf),
     "exprel": Function(1, exprel, exprel_value),
-    "sigmoid": Function(1, hy.sigmoid, _sigmoid),
+    "sigmoid": Function(1, hy.sigmoid, lambda value: 0.5 * (1.0 + math.tanh(0.5 * value))),
 }
 
 _CORNER = (

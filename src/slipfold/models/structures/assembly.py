@@ -262,10 +262,6 @@ class Assembly:
             if count
         )
 
-    def frequencies_with(self, stiffness: Array, mass: Array) -> Array:
-        """Return the natural frequencies with other matrices in Hz. Shapes: (r, r)."""
-        return frequencies_of(lowest_modes(stiffness, mass)[0])
-
     def _refuse_stiff(self) -> None:
         """Refuse a fast mode whose rounding errors hide the slow ones."""
         if self.definition.reduction is None and (found := self._stiff(MATRICES.hidden)):

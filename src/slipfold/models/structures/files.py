@@ -331,10 +331,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         if value and all(isinstance(item, tuple) for item in value):
             # Coefficients by power or harmonic: a file has them as a table.
-            return {str(key): _sole(rest) for key, *rest in value}
+            return {str(key): rest[0] if len(rest) == 1 else rest for key, *rest in value}
         return [_plain(item) for item in value]
     return value
-
-
-def _sole(values: list[Any]) -> Any:
-    return values[0] if len(values) == 1 else values

@@ -354,7 +354,7 @@ class ModalReduction(Reduction):
 
 
 @dataclass(frozen=True)
-class FreeInterface(Reduction):
+class FreeInterface(ModalReduction):
     """The lowest undamped modes, and what the others add where forces act.
 
     The modes are those of `ModalReduction`, exact. For each direction of an element, a contact or
@@ -384,10 +384,6 @@ class FreeInterface(Reduction):
     """
 
     title: ClassVar[str] = "free-interface reduction"
-
-    modes: int | None = None
-    up_to: float | str | None = None
-    accuracy: float | None = None
 
     def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
         return FreeShapes(full, residual=True)

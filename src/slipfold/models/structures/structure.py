@@ -422,7 +422,8 @@ class Structure(MechanicalModel):
     def natural_frequencies(self) -> Array:
         """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
         if self._assembly.stiffening or self._assembly.inertia.parts:
-            return self._assembly.frequencies_with(self.stiffness_matrix, self.mass_matrix)
+            squares = lowest_modes(self.stiffness_matrix, self.mass_matrix)[0]
+            return frequencies_of(squares)
         return self._assembly.frequencies.copy()
 
     def modes(self) -> Modes:
