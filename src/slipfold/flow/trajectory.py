@@ -446,7 +446,8 @@ def round_with_stick(
     times = []
     for contact, name in enumerate(contacts):
         spans = _joined([(part.begin, part.end) for part in parts if part.mode[contact] is STICK])
-        if repeats and len(spans) > 1 and _meet(spans, float(count)):
+        joins = repeats and len(spans) > 1
+        if joins and (spans[0][0], spans[-1][1]) == (0.0, float(count)):  # they are one stick
             first, *spans = spans
             spans[-1] = (spans[-1][0], count + first[1])
         times += [StickTime(name, begin * unit, end * unit) for begin, end in spans]
@@ -466,11 +467,6 @@ def _goes_round(model: Model, state: Array, parts: Sequence[SmoothPhase], count:
         return True
     apart = wrap_angles(parts[-1].state - state, model.angle_periods) / model.state_scales()
     return bool(np.abs(apart).max() < 1e-5)  # a contact that is caught misses by far
-
-
-def _meet(spans: Sequence[tuple[float, float]], end: float) -> bool:
-    """Whether the first and the last of some spans are one in a round that repeats itself."""
-    return spans[0][0] == 0.0 and spans[-1][1] == end
 
 
 def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:

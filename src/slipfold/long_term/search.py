@@ -235,15 +235,11 @@ class _Search:
             self._labels[index] = UNDECIDED if known is None else known.attractor.id
             if known is not None and known not in self._verified.known:
                 self._verified.known.append(known)
-                self._catch_later(known)
+                which = self._open
+                if len(which):  # some may converge to it within some periods
+                    states = self._trajectories.advance(which, ATTRACTOR.visiting)
+                    self._labels[which[known.catches(states)]] = known.attractor.id
                 self._report()
-
-    def _catch_later(self, known: AttractorRegion) -> None:
-        """Label open trajectories that converge to this attractor within some periods."""
-        which = self._open
-        if len(which):
-            states = self._trajectories.advance(which, ATTRACTOR.visiting)
-            self._labels[which[known.catches(states)]] = known.attractor.id
 
 
 def _counted(observer: Observer | None, before: int, starts: int, total: int) -> Observer | None:

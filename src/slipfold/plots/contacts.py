@@ -282,7 +282,9 @@ def draw_friction(
     end = 6.0 * law.typical_speed if fastest is None else fastest
     if not (np.isfinite(end) and end > 0):
         raise InputError(f"fastest = {fastest} m/s is no speed; give a positive number")
-    speeds = _speeds(end)
+    # Dense near 0, where regularized laws rise
+    speeds = np.concatenate([np.linspace(0.0, end, 401), np.geomspace(1e-6 * end, end, 400)])
+    speeds = np.unique(speeds)
     coefficient, slope = np.asarray(law.coefficient(speeds)), np.asarray(law.slope(speeds))
     ax = axes_or_new(ax)
     ax.fill_between(
@@ -322,10 +324,3 @@ def _draw_slope(ax: Axes, speeds: Array, slope: Array) -> None:
     beside.set_ylabel(r"slope d$\mu$/d$v$ (s/m), dashed", color=SLOPE)
     beside.tick_params(axis="y", which="both", colors=SLOPE)
     ax.tick_params(axis="y", which="both", right=False)
-
-
-def _speeds(end: float) -> Array:
-    """Return speeds from 0 to the end, dense near 0, where regularized laws rise."""
-    return np.unique(
-        np.concatenate([np.linspace(0.0, end, 401), np.geomspace(1e-6 * end, end, 400)])
-    )

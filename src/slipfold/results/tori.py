@@ -33,10 +33,6 @@ def _by_name(extrema: Extrema, side: int) -> dict[str, Any]:
     return {name: extrema.of(name)[side] for name in extrema.names}
 
 
-def _folds(tori: TorusBranch) -> list[dict[str, Any]]:
-    return [{"type": "LP", "value": value} for value in tori.folds]
-
-
 RESONANCES = Items("resonance", (
     Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio), record=True),
     *(
@@ -66,7 +62,8 @@ TORI = (
     Column("omitted", record=True),
     Column("minimum", get=lambda tori: _by_name(tori.extrema, 0), record=True),
     Column("maximum", get=lambda tori: _by_name(tori.extrema, 1), record=True),
-    Column("special", get=_folds, record=True),
+    Column("special", get=lambda tori: [{"type": "LP", "value": value} for value in tori.folds],
+           record=True),
     Column("locked", record=True,
            get=lambda tori: [RESONANCES.record_of(item) for item in tori.locked]),
     *(Column(f"started.{part}", record=True) for part in ("kind", "reason", "value")),

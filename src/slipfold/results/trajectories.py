@@ -135,8 +135,9 @@ class LyapunovExponents(Result):
         return f"Lyapunov exponents of {self.model.name}: {self.classification.message}"
 
     def _rows(self) -> PrintedTable:
+        # Those of a small error have more digits.
         rows = [
-            [f"{exponent:.{_digits(error)}g}" if exponent else "0", f"{error:.0e}"]
+            [f"{exponent:.{4 if error > 1e-5 else 9}g}" if exponent else "0", f"{error:.0e}"]
             for exponent, error in zip(self.exponents, self.errors, strict=True)
         ]
         return PrintedTable([f"exponent (1/{self.per})", "error"], rows)
@@ -154,11 +155,6 @@ class LyapunovExponents(Result):
         }
         repeats |= {"rotation": classification.rotation, "resonance": classification.resonance}
         return {**super()._record(), **outcome, **repeats}
-
-
-def _digits(error: float) -> int:
-    """Return the number of digits to show of an exponent with this error."""
-    return 4 if error > 1e-5 else 9
 
 
 KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)

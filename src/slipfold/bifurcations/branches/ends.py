@@ -79,7 +79,8 @@ class BranchEndings(Endings[OrbitPoint]):
             return span_end(orbits, traced.points[-1])
         last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
-        if kind == "failed" and len(traced.points) == 1 and _is_one_of_several(last):
+        critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
+        if kind == "failed" and len(traced.points) == 1 and critical > 1:
             reason = SEVERAL
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
@@ -105,10 +106,6 @@ class BranchEndings(Endings[OrbitPoint]):
         value = traced.curve.value(traced.points[-1].z)
         reason = f"interrupted at {traced.curve.vary} = {value:.6g}; results up to there are kept"
         return End("interrupted", reason, (value,))
-
-
-def _is_one_of_several(start: OrbitPoint) -> bool:
-    return int(np.count_nonzero(np.abs(start.multipliers - 1) < ALIKE)) > 1
 
 
 def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
