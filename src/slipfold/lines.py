@@ -25,6 +25,9 @@ from slipfold.orbits.extrema import Extrema
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What a figure may show of an output over an orbit."""
 
+MAX_AND_MIN = "max_and_min"
+"""The first two together, a line each: figures of responses show them."""
+
 RMS, LEVEL = "rms", "level"
 """What it shows as means: a level in dB is re that of ISO 1683, or is ``level re 1 um``."""
 
@@ -81,12 +84,21 @@ class Segment:
         return self.points[:, 1]
 
 
+def parts_of(measure: str) -> tuple[str, ...]:
+    """Return the measures that a figure draws together.
+
+    >>> parts_of("max_and_min"), parts_of("rms")
+    (('max', 'min'), ('rms',))
+    """
+    return MEASURES[:2] if measure == MAX_AND_MIN else (measure,)
+
+
 def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
     """Return what a figure shows of an output, shape (n_orbits,)."""
     if output not in extrema.names:
         raise InputError(f"output {output!r} is unknown; give one of {', '.join(extrema.names)}")
     if measure not in MEASURES:
-        names = ", ".join((*MEASURES, RMS, LEVEL, STUCK))
+        names = ", ".join((*MEASURES, MAX_AND_MIN, RMS, LEVEL, STUCK))
         raise InputError(f"measure {measure!r} is unknown; give one of {names}")
     return extrema.measured(measure, output)
 

@@ -1,5 +1,6 @@
 """Models from files on the command line: equations, structures from matrices, friction laws."""
 
+import csv
 import json
 import tomllib
 
@@ -208,6 +209,11 @@ def test_response_of_a_structure_and_its_saved_result(frame, tmp_path):
     assert head == f"branch,f (Hz),level {name} (dB re 1 um),type"
     level = diagram.branches[0].orbit(0).level(name, "1 um")
     assert float(first.split(",")[2]) == pytest.approx(level, abs=1e-12)
+    assert run("plot", str(out), "--measure", "max_and_min", "--out", str(rows)).exit_code == 0
+    first = next(csv.DictReader(rows.read_text().splitlines()))
+    extrema = diagram.branches[0].extrema_of(name)
+    for part, values in (("max", extrema.maximum), ("min", extrema.minimum)):
+        assert float(first[f"{part} {name} (m)"]) == values[0, 0]
 
 
 # -- friction laws and contacts ----------------------------------------------------------------

@@ -61,7 +61,7 @@ v = { rate = "F*cos(W*t) - 0.05*v - q - 0.1*q^3" }
 period = "2*pi/W"
 """.replace("'it''s \"own\"'", '"one\'s own"')
 DUFFING = diagram(model="duffing", parameters={"F": 0.17}, vary="W", span=[0.8, 1.4], show="q")
-OWN = {**DUFFING, "model": "own"}
+OWN = {**DUFFING, "model": "own", "statistic": "max_and_min"}
 CHANGED = f"{BRAKE}[parameters]\nmu_s = 0.7\n"
 STICKS = diagram(
     model="forced slider",

@@ -85,6 +85,19 @@ def test_unknown_output_and_measure(ax):
         draw_response(threshold_diagram(0.1), measure="mean", ax=ax)
 
 
+def test_max_and_min_are_the_lines_and_points_of_both():
+    def drawn(*measures):
+        ax = Figure().add_subplot()
+        for measure in measures:
+            draw_response(threshold_diagram(0.1, [0.3]), "y", measure, ax, annotate=False)
+        return ax, sorted(line.get_xydata().tobytes() for line in ax.get_lines())
+
+    both, lines = drawn("max_and_min")
+    assert both.get_ylabel() == "max and min $y/L$"
+    assert lines == drawn("max", "min")[1]
+    assert lines != drawn("max", "max")[1]
+
+
 def test_a_real_diagram_draws_itself():
     diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.98))
     ax = diagram.plot("y", measure="peak_to_peak")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from slipfold.lines import (
     level_unit,
     measured_along,
     measured_at,
+    parts_of,
     torus_segments,
 )
 from slipfold.models.model import Model
@@ -92,7 +94,8 @@ def draw_response(
     """
     output = output or _first_output(diagram)
     if under is not None:
-        ax = draw_points(under, output, measure, ax, legend=False)
+        for part in parts_of(measure):
+            ax = draw_points(under, output, part, ax, legend=False)
     ax = draw_family([diagram], output, measure, ax, [color])
     handles: list[Any] = torus_handles(diagram.tori, color) if measure != STUCK else []
     if under is not None:
@@ -144,12 +147,14 @@ def draw_family(
     elif is_level(measure):
         ax.set_ylabel(f"level of {output} ({level_unit(first.model, output, measure)})")
     else:
-        label_output(ax, "y", first.model, output, MEASURE_NAMES.get(measure, measure))
+        words = " and ".join(MEASURE_NAMES.get(part, part) for part in parts_of(measure))
+        label_output(ax, "y", first.model, output, words)
     colors = palette(len(diagrams)) if colors is None else colors
     for diagram, color in zip(diagrams, colors, strict=True):
         for branch in diagram.branches:
-            for line in branch_segments(branch, output, measure):
-                ax.plot(line.parameter, line.value, color=color, **LINES[line.kind])
+            for part in parts_of(measure):
+                for line in branch_segments(branch, output, part):
+                    ax.plot(line.parameter, line.value, color=color, **LINES[line.kind])
         _draw_tori(ax, diagram.tori, output, measure, color)
     # Markers lie on top of all lines.
     for diagram, color in zip(diagrams, colors, strict=True):
@@ -209,7 +214,7 @@ def _anchors(diagram: Diagram, output: str, measure: str) -> Array:
     """Return points along all branches, shape (n, 2)."""
     chosen = []
     for branch in diagram.branches:
-        lines = branch_segments(branch, output, measure)
+        lines = branch_segments(branch, output, parts_of(measure)[0])
         points = np.concatenate([np.column_stack([item.parameter, item.value]) for item in lines])
         chosen.append(points[np.linspace(0, len(points) - 1, 40).astype(int)])
     return np.concatenate(chosen)
@@ -218,7 +223,8 @@ def _anchors(diagram: Diagram, output: str, measure: str) -> Array:
 def _marks(diagrams: Sequence[Diagram], output: str, measure: str) -> Iterator[Mark]:
     for diagram in diagrams:
         for branch in diagram.branches:
-            yield from marks_of(branch, output, measure)
+            for part in parts_of(measure):
+                yield from marks_of(branch, output, part)
 
 
 def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:
@@ -255,8 +261,8 @@ def _draw_tori(
     ax: Axes, tori: Sequence[TorusBranch], output: str, measure: str, color: str
 ) -> None:
     """Draw tori in a lighter shade of a color; unstable ones are dotted."""
-    for each in tori:
-        lines = torus_segments(each, output, measure)
+    for each, part in product(tori, parts_of(measure)):
+        lines = torus_segments(each, output, part)
         for line in lines:
             ax.plot(line.parameter, line.value, color=_lighter(color), **LINES[line.kind])
         if lines and each.stopped.kind in BREAKS:
@@ -292,16 +298,19 @@ def _lighter(color: str) -> str:
 
 
 def draw_measured(ax: Axes, measurement: Measurement, measure: str, output: str) -> None:
-    """Draw the measurements of one quantity, with their errors where there are any."""
-    read, errors = measurement.of(measure, output)
+    """Draw the measurements of a quantity, with their errors where there are any."""
+    known = [item.measure for item in measurement.quantities if item.output == output]
+    parts = [part for part in parts_of(measure) if part in known] or [measure]
     sweep = np.array(measurement.sweep, dtype=object)
-    for way, (name, inside, size) in SWEEPS.items():
+    for part, (way, (name, inside, size)) in product(parts, SWEEPS.items()):
+        read, errors = measurement.of(part, output)
         rows = (sweep == way) & np.isfinite(read)
         if rows.any():
             ax.errorbar(
                 measurement.values[rows], read[rows], np.nan_to_num(errors[rows]),
                 linestyle="none", marker="o", markersize=size, markeredgewidth=0.7, elinewidth=0.7,
-                color=MEASURED, label=name, zorder=2.5, markerfacecolor=inside,
+                color=MEASURED, label=name if part == parts[0] else None, zorder=2.5,
+                markerfacecolor=inside,
             )  # fmt: skip
 
 

@@ -103,6 +103,27 @@ def test_another_output_statistic_parameter_and_span(explorer):
     assert explorer.ranges()[1] == pytest.approx(13, abs=0.1)
 
 
+def test_max_and_min_and_how_an_equilibrium_is_damped(explorer):
+    """Closed forms: the cycle is a circle of radius sqrt(r), the eigenvalues are r + i w."""
+    page = explorer.open("model=stuart-landau&vary=r&span=-1~1&show=x&p.w=2&p.r=0.64").page
+    draw, tip = page.get_by_label("Draw"), page.locator(f"{DIAGRAM} .tip")
+    before = draw.input_value()
+    with explorer.redrawn():
+        draw.select_option("max_and_min")
+    page.wait_for_url("**of=max_and_min*")
+    lines = [trace for trace in explorer.traces() if trace["dash"] == "solid"]
+    ends = [y for line in lines for x, y in zip(line["x"], line["y"], strict=True) if x == 1]
+    assert sorted(ends) == pytest.approx([-1, 1], abs=1e-6)
+    assert explorer.specials() == ["HB 0\u202f1/s supercritical"]
+    page.mouse.move(*explorer.pixel(0.64, -0.8))
+    expect(tip).to_contain_text("min x = −0.8")
+    page.mouse.move(*explorer.pixel(-0.5, 0))
+    expect(tip).to_contain_text("equilibrium, stable\n0.3183\u202fHz, damping ratio 24.")
+    with explorer.redrawn():
+        page.get_by_label("Undo (Ctrl+Z)").click()
+    expect(draw).to_have_value(before)
+
+
 def test_pinned_curves_stay_and_have_names(explorer):
     explorer.open()
     page = explorer.page

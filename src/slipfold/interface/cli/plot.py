@@ -26,9 +26,9 @@ Output = Annotated[
 Measure = Annotated[
     str | None,
     Option(
-        "Of a response or sweep: what to show of each solution; rms and level, in dB re ISO 1683 "
-        "or as in 'level re 1 um', of responses only, stroboscopic of sweeps only.",
-        metavar="max|min|peak_to_peak|modulus|rms|level|stuck_fraction|stroboscopic",
+        "Of a response or sweep: what to show of each solution; max_and_min, rms and level, in dB "
+        "re ISO 1683 or as in 'level re 1 um', of responses only, stroboscopic of sweeps only.",
+        metavar="max|min|max_and_min|peak_to_peak|modulus|rms|level|stuck_fraction|stroboscopic",
     ),
 ]
 PlotKind = Annotated[
@@ -127,21 +127,22 @@ def plot(
 
 def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
     """Return what a figure of a response draws, comma-separated: a row a point or special point."""
-    from slipfold.lines import STUCK, is_level, level_unit, measured_along, measured_at
+    from slipfold.lines import STUCK, is_level, level_unit, measured_along, measured_at, parts_of
     from slipfold.models.levels import unit_of
     from slipfold.results.tables import Frame
 
-    model, shown = diagram.model, output or diagram.model.shown[0]
+    model, shown, parts = diagram.model, output or diagram.model.shown[0], parts_of(measure)
     rows: list[tuple[Any, ...]] = []
     for branch in diagram.branches:
-        values = measured_along(branch, shown, measure)
-        known = [*zip(branch.arclength, branch.parameter, values, [""] * len(branch), strict=True)]
+        values = [measured_along(branch, shown, part) for part in parts]
+        known = [*zip(branch.arclength, branch.parameter, *values, [""] * len(branch), strict=True)]
         for item in branch.special:
-            value = measured_at(item, shown, measure)
-            known.append((item.arclength, item.value, value, item.type))
+            value = [measured_at(item, shown, part) for part in parts]
+            known.append((item.arclength, item.value, *value, item.type))
         rows += [(branch.id, *row) for _, *row in sorted(known, key=lambda each: each[0])]
-    names = "branch", diagram.vary, f"{measure.partition(' re ')[0]} {shown}", "type"
+    heads = [f"{part.partition(' re ')[0]} {shown}" for part in parts]
+    names = "branch", diagram.vary, *heads, "type"
     unit = "" if measure == STUCK else unit_of(model, shown)
     unit = level_unit(model, shown, measure) if is_level(measure) else unit
-    units = {diagram.vary: model.parameter(diagram.vary).unit, names[2]: unit}
+    units = {diagram.vary: model.parameter(diagram.vary).unit, **dict.fromkeys(heads, unit)}
     return Frame(dict(zip(names, zip(*rows, strict=True), strict=True)), units).to_csv()

@@ -20,7 +20,7 @@ from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import DiagramRequest, OrbitRequest
 from slipfold.interface.explorer.plain import Emit, axis_of, number, short, without_options
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.lines import branch_segments, locus_segments, measure_of
+from slipfold.lines import branch_segments, locus_segments, measure_of, parts_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.parameter_space.measurement import Measurement
@@ -43,17 +43,18 @@ def checked_view(checked: Checked | None) -> dict[str, Any] | None:
 
 
 def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
-    """Return a diagram as plain data."""
+    """Return a diagram as plain data; with two lines a branch, its branches come twice."""
     model = diagram.model
     return {
         "x": axis_of(model, diagram.vary),
         "y": {**axis_of(model, show), "statistic": statistic},
         "branches": [
             {
-                **_branch(branch, show, statistic),
+                **_branch(branch, show, part),
                 "started": _end(branch.started, diagram.span, None),
                 "stopped": _end(branch.stopped, diagram.span, branch),
             }
+            for part in parts_of(statistic)
             for branch in diagram.branches
         ],
         "checked": checked_view(diagram.checked),
@@ -78,6 +79,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "kind": branch.kind,
         "period": branch.period,
         "parent": branch.parent,
+        "statistic": statistic,
         "x": short(x),
         "y": short(y),
         "arclength": short(s),

@@ -27,6 +27,7 @@ from slipfold.interface.explorer.texts import (
     whole_text,
 )
 from slipfold.interface.explorer.trajectories import start_of, timed
+from slipfold.lines import parts_of
 from slipfold.models.definitions.system_file import write_tables
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
@@ -219,6 +220,7 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
         ]
     runs = ", ".join(f'"{run}": {way}' for run, way in zip(view.runs, ways, strict=True))
     unit = "" if model.forced else f", duration={swept_model(model, view).values['duration']!r}"
+    places = [f"(value, {EXTREMES[part]})" for part in parts_of(view.statistic)]
     return [
         f"runs = {{{runs}}}",
         f"start = state = {start_of(model, view)!r}",
@@ -238,7 +240,7 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
         "            break",
         "        state = motion",
         f'        output = solution.output("{view.show}", -{KEPT}, per_period=512)[1]',
-        f"        swept[run].append((value, {EXTREMES[view.statistic]}))",
+        f"        swept[run] += [{', '.join(places)}]",
         "ax = Figure().subplots()",
         "for run, places in swept.items():",
         '    ax.plot(*np.reshape(places, (-1, 2)).T, ".", label=f"swept {run}")',

@@ -123,7 +123,7 @@ class _ResponseRequest(_VaryRequest):
 
 class _ShownRequest(_ResponseRequest):
     show: Name
-    statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
+    statistic: Literal["max", "min", "max_and_min", "peak_to_peak", "modulus"] = "max"
 
 
 class DiagramRequest(_ShownRequest):

@@ -18,6 +18,7 @@ from slipfold.interface.explorer.plain import Check, Emit, axis_of, short
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.sounds import SOUND, swept_clip, times_faster
 from slipfold.interface.explorer.trajectories import start_of, timed
+from slipfold.lines import parts_of
 from slipfold.long_term.classification import reached
 from slipfold.models.model import Model
 from slipfold.progress import Progress
@@ -119,7 +120,7 @@ def _shown(trajectory: Trajectory, request: SweepRequest) -> list[float]:
         width = each * (1 if trajectory.model.forced else ROUND)
         begins = np.arange(0, len(samples) - width, width)
         rows = samples[np.add.outer(begins, np.arange(width + 1))]
-    extremes = reached(rows, request.statistic)
+    extremes = np.concatenate([reached(rows, part) for part in parts_of(request.statistic)])
     values = np.sort(short(extremes[np.isfinite(extremes)]))
     apart = np.diff(values, prepend=-np.inf) > SAME * np.abs(values).max(initial=0.0)
     return [float(value) for value in values[apart]]

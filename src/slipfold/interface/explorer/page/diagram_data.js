@@ -24,6 +24,11 @@ function limitOf({ stopped, x: values, y, arclength }, x) {
   }];
 }
 
+/** Each branch once, where the largest and the smallest value are two lines. */
+export function branchesOf({ branches }) {
+  return branches.filter(({ statistic }) => statistic === branches[0].statistic);
+}
+
 /** Letters of the longest name that stands in the plot; the sentence is below it. */
 const LONGEST = 20;
 
@@ -41,6 +46,7 @@ function nameOfEnd(reason) {
  * @property {number} y
  * @property {number} period
  * @property {string} kind `"stable"` or unstable by what
+ * @property {string} statistic what y is of the output
  * @property {boolean} isEquilibrium
  * @property {boolean} [isTurn] whether the branch turns here, so that the value does not tell where
  * @property {object} [special] the special point that it is
@@ -101,6 +107,7 @@ function placeOn(branch, i, share) {
     period: branch.period,
     isEquilibrium: branch.kind === "equilibrium",
     kind: segment?.kind ?? "stable",
+    statistic: branch.statistic,
   };
 }
 
@@ -111,13 +118,14 @@ function isTurn(x, i) {
 /** The place of a special point. */
 export function placeOfSpecial(branch, special) {
   const { arclength, value, y } = special;
+  const { id, period, statistic } = branch;
   const isEquilibrium = branch.kind === "equilibrium";
-  return { branch: branch.id, arclength, x: value, y, period: branch.period, kind: special.type, isEquilibrium, special };
+  return { branch: id, arclength, x: value, y, period, kind: special.type, isEquilibrium, statistic, special };
 }
 
 /** A place, or the special point that lies there. */
 export function asSpecial(diagram, place) {
-  const branch = place && diagram.branches.find(({ id }) => id === place.branch);
+  const branch = place && diagram.branches.find(({ id, statistic }) => id === place.branch && statistic === place.statistic);
   if (!branch) return place;
   const [width, height] = [branch.x, branch.y].map((values) => Math.max(...values) - Math.min(...values));
   const special = markedPoints(branch, diagram.x).find(({ value, y }) =>

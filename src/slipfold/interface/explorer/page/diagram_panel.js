@@ -1,6 +1,6 @@
 /** What stands around the diagram: its controls, pinned curves, special points, checks. */
 
-import { MARKERS, placeOfSpecial } from "./diagram_data.js";
+import { MARKERS, branchesOf, placeOfSpecial } from "./diagram_data.js";
 import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
@@ -188,9 +188,10 @@ export class SpecialPoints {
 
   #show(diagram) {
     this.node.classList.remove("absent");
-    const items = diagram.branches.flatMap((branch) =>
+    const branches = branchesOf(diagram);
+    const items = branches.flatMap((branch) =>
       branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x) })));
-    const ends = diagram.branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));
+    const ends = branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));
     const named = (kind, period) => {
       if (this.#session.model.forced) return `Period ${period}`;
       return kind === "equilibrium" ? "The equilibrium" : "The cycle";

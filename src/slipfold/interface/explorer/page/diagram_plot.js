@@ -7,7 +7,7 @@ import { element } from "./dom.js";
 import {
   CONFIG, covers, fits, labelPlaces, layout, mapping, padded, roundStep, stepped, withLegend,
 } from "./plot_tools.js";
-import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { axisTitle, display, formatted, leastDamped, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
 import { MotionLayer, motionTraces } from "./motion_layer.js";
 import { LIGHT, colors, themeChanged } from "./theme.js";
@@ -61,6 +61,7 @@ export class DiagramPlot {
     sweep.changed.subscribe(() => this.#drawMotions());
     session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
+    session.orbitArrived.subscribe((arrived) => this.#tipOf(arrived));
     session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
     session.connection.changed.subscribe(() => this.#tellBusy());
     session.store.changed.subscribe(({ view, before }) => {
@@ -316,17 +317,24 @@ export class DiagramPlot {
     this.node.classList.toggle("on-curve", Boolean(place));
     if (place) {
       this.#tip.textContent = this.#describe(place);
+      this.#tip.dataset.place = keyOf(place);
       const isRight = x > this.node.clientWidth / 2;
       this.#tip.style.transform = `translate(${x}px, ${y}px) translate(${isRight ? "calc(-100% - 14px)" : "14px"}, -120%)`;
     }
     if (place || wasHovering) this.#session.hover(place);
   }
 
+  /** Say of the equilibrium under the pointer, once it is computed, how its least damped mode vibrates. */
+  #tipOf(arrived) {
+    if (this.#tip.hidden || !arrived?.answer.eigenvalues || this.#tip.dataset.place !== keyOf(arrived.place)) return;
+    this.#tip.textContent = [this.#describe(arrived.place), leastDamped(arrived.answer.eigenvalues)].join("\n");
+  }
+
   #describe(place) {
     const { diagram } = this.#drawn;
     const at = `${diagram.x.label} = ${withUnit(diagram.x, place.x)}`;
     const y = display(diagram.y);
-    const value = `${valueTitle(diagram.y)} = ${formatted(place.y * y.factor)}`;
+    const value = `${valueTitle({ ...diagram.y, statistic: place.statistic })} = ${formatted(place.y * y.factor)}`;
     if (place.special) return `${place.special.sentence}\n${value}`;
     const kind = place.kind === "stable" ? "stable" : `unstable: ${place.kind}`;
     const moving = this.#session.model.forced ? `period ${place.period}` : "cycle";
@@ -368,11 +376,16 @@ export class DiagramPlot {
   }
 }
 
-/** Traces as they are, or as what is not yet certain. */
+/** What tells a place from others. */
+function keyOf({ branch, arclength }) {
+  return `${branch} ${arclength}`;
+}
+
 function hasHeight({ y }) {
   return Math.max(...y) > Math.min(...y);
 }
 
+/** Traces as they are, or as what is not yet certain. */
 function faint(traces, isFaint = false) {
   return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
 }

@@ -5,7 +5,7 @@ import { valueTitle } from "./diagram_plot.js";
 import { button, closeButton, element, svg } from "./dom.js";
 import { Signal } from "./store.js";
 import { posted } from "./toolbar.js";
-import { inside, spanOf, withVaried } from "./view.js";
+import { inside, partsOf, spanOf, withVaried } from "./view.js";
 
 /** Most bytes that the server takes at once. */
 const MOST = 64 * 1024;
@@ -57,8 +57,11 @@ export class Measurements {
   of({ vary, show, statistic }) {
     const { file } = this;
     if (file?.model !== this.#session.view.model || file.vary !== vary) return null;
-    const found = file.quantities.find((item) => item.show === show && item.statistic === statistic);
-    return found ? { ...found, values: file.values, sweep: file.sweep } : null;
+    const found = file.quantities.filter((item) => item.show === show && partsOf(statistic).includes(item.statistic));
+    if (found.length === 0) return null;
+    const [values, sweep] = [file.values, file.sweep].map((column) => found.flatMap(() => column));
+    const [measurements, errors] = ["measurements", "errors"].map((name) => found.flatMap((item) => item[name]));
+    return { values, sweep, measurements, errors };
   }
 
   async #sent(model, name, measurements) {

@@ -1,5 +1,6 @@
 /** What the page says: announcements, notices, the status line, a dialog with a text. */
 
+import { branchesOf } from "./diagram_data.js";
 import { button, closeButton, element } from "./dom.js";
 import { withUnit } from "./quantities.js";
 import { copy } from "./toolbar.js";
@@ -29,9 +30,10 @@ export class Announcer {
  * @param {object} diagram the server's answer
  */
 export function summary(diagram) {
-  const count = diagram.branches.length;
+  const drawn = branchesOf(diagram);
+  const count = drawn.length;
   const branches = `${count} ${count === 1 ? "branch" : "branches"} of ${diagram.y.label} over ${diagram.x.label}`;
-  const points = diagram.branches.flatMap(({ special }) => special);
+  const points = drawn.flatMap(({ special }) => special);
   if (points.length === 0) return `${branches}; no bifurcation.`;
   const named = points.map(({ type, value, criticality }) =>
     [type, "at", withUnit(diagram.x, value), criticality].filter(Boolean).join(" "));

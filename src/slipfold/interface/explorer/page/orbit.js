@@ -2,7 +2,7 @@
 
 import { element } from "./dom.js";
 import { Cursor, Player } from "./player.js";
-import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { axisTitle, display, formatted, modeOf, modeText, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Schematic } from "./model/schematic.js";
 import { Mechanism, PhaseAnimation, sampled } from "./stages.js";
@@ -213,19 +213,6 @@ function eigenvalues() {
     },
     point: () => {},
   };
-}
-
-/** Of an eigenvalue the frequency in Hz and the damping ratio in per cent, as figures have them. */
-function modeOf([re, im]) {
-  const damping = re === 0 ? 0 : (-100 * re) / Math.hypot(re, im);
-  return { damping, frequency: Math.abs(im) / (2 * Math.PI) };
-}
-
-/** An eigenvalue in words; one that does not oscillate is a rate. */
-function modeText([re, im]) {
-  if (im === 0) return `${formatted(re, 4)}\u202f1/s`;
-  const { damping, frequency } = modeOf([re, im]);
-  return `${formatted(frequency, 4)}\u202fHz, damping ratio ${formatted(damping, 4)}\u202f%`;
 }
 
 /** The states that are not rates of others: displacements. */

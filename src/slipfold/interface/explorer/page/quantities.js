@@ -67,6 +67,30 @@ export function withUnit(quantity, value, digits = 4) {
   return unit === "°" ? `${number}°` : `${number}\u202f${unit}`;
 }
 
+/** Of an eigenvalue the frequency in Hz and the damping ratio in per cent, as figures have them. */
+export function modeOf([re, im]) {
+  const damping = re === 0 ? 0 : (-100 * re) / Math.hypot(re, im);
+  return { damping, frequency: Math.abs(im) / (2 * Math.PI) };
+}
+
+/** An eigenvalue in words; one that does not oscillate is a rate. */
+export function modeText([re, im]) {
+  if (im === 0) return `${formatted(re, 4)}\u202f1/s`;
+  const { damping, frequency } = modeOf([re, im]);
+  return `${formatted(frequency, 4)}\u202fHz, damping ratio ${formatted(damping, 4)}\u202f%`;
+}
+
+/**
+ * The mode of the smallest damping ratio, in words.
+ * @param {[number, number][]} eigenvalues real and imaginary parts in 1/s; the upper one of a pair counts
+ */
+export function leastDamped(eigenvalues) {
+  const damping = (value) => modeOf(value).damping;
+  const upper = eigenvalues.filter(([, im]) => im >= 0);
+  const least = upper.reduce((best, value) => (damping(value) < damping(best) ? value : best));
+  return `${upper.length > 1 ? "least damped: " : ""}${modeText(least)}`;
+}
+
 /** Words as a sentence: with a capital, and a full stop where none stands. */
 export function asSentence(words) {
   return words && `${words[0].toUpperCase()}${words.slice(1)}${/[.…]$/.test(words) ? "" : "."}`;

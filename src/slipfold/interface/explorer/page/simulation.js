@@ -8,7 +8,7 @@ import { asSentence, axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Signal } from "./store.js";
 import { SweepControl } from "./sweep.js";
-import { diagramRequest, exponentsRequest, simulationRequest } from "./view.js";
+import { diagramRequest, exponentsRequest, partsOf, simulationRequest } from "./view.js";
 
 const PERIODS = 600;
 
@@ -120,8 +120,8 @@ export class Simulation {
       min: (i) => min[show][i],
       peak_to_peak: (i) => max[show][i] - min[show][i],
       modulus: (i) => Math.max(Math.abs(max[show][i]), Math.abs(min[show][i])),
-    }[statistic];
-    return max[show].map((_, i) => of(i));
+    };
+    return max[show].flatMap((_, i) => partsOf(statistic).map((part) => of[part](i)));
   }
 
   #run(how) {
@@ -391,9 +391,9 @@ export class SimulationPanel {
     if (this.#session.diagram) diagram.simulated(y.length && isSame ? { x, y } : null);
     if (y.length === 0) return;
     const quantity = { ...this.#session.quantity(show), statistic };
-    const other = { max: "min", min: "max" }[statistic];
-    const clouds = [statistic, ...(other ? [other] : [])].map((name, i) => ({
-      x: ends, y: i ? this.#simulation.values(show, name) : y, tint: `settling ${i ? "other" : ""}`, name,
+    const [first, other = { max: "min", min: "max" }[first]] = partsOf(statistic);
+    const clouds = [first, ...(other ? [other] : [])].map((name, i) => ({
+      x: ends, y: this.#simulation.values(show, name), tint: `settling ${i ? "other" : ""}`, name,
     }));
     this.#plot.draw({
       x: { label: isForced ? "forcing period" : "time (s)", range: [0, ends.at(-1)] },

@@ -9,9 +9,15 @@ const FIRST = 0.3;
 export const STATISTICS = {
   max: "max",
   min: "min",
+  max_and_min: "max and min",
   peak_to_peak: "peak to peak",
   modulus: "max |·|",
 };
+
+/** What is drawn together: the largest and the smallest value are two lines. */
+export function partsOf(statistic) {
+  return statistic === "max_and_min" ? ["max", "min"] : [statistic];
+}
 
 /**
  * The view of a model that was just picked.
