@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import heyoka as hy
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
 from slipfold.collocation_points import CollocationPoints
@@ -17,6 +19,8 @@ from slipfold.flow.modal_answers import ModalAnswers, Some
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.model import Model
+
+Number = TypeVar("Number", bound=np.inexact)
 
 
 @dataclass(frozen=True)
@@ -281,6 +285,6 @@ def propagate(free: tuple[Some, Some], states: Some) -> Some:
     return result.reshape(states.shape)
 
 
-def times(matrices: Some, vectors: Some) -> Some:
+def times(matrices: NDArray[Number], vectors: NDArray[Number]) -> NDArray[Number]:
     """Return products of matrices and vectors. Shapes: (..., a, b), (..., b)."""
-    return (matrices @ vectors[..., None])[..., 0]
+    return np.asarray((matrices @ vectors[..., None])[..., 0])

@@ -15,7 +15,7 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
-from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of
+from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of, times
 from slipfold.flow.modal_segments import ModalSegments, in_time, joined, solve_segments
 from slipfold.flow.modes import contacts_of
 from slipfold.models.model import Model
@@ -238,8 +238,8 @@ class ModalShooting(MeshDiscretization, Shooting):
         turns, apart = first[1][:, None], first[2]
         backward = turns[-np.arange(len(turns)) % len(turns)]
         blocks = (turns @ blocks @ backward).reshape(m, n, n)
-        ends = _applied(turns, solved.ends @ self._out.T).reshape(m, n)
-        ends += _applied(blocks, apart)
+        ends = times(turns, solved.ends @ self._out.T).reshape(m, n)
+        ends += times(blocks, apart)
         mismatch = ends - (nodes / self.scales)[self._following]
         return mismatch, blocks, (turns @ along).reshape(m, n, -1)
 
@@ -262,7 +262,7 @@ class ModalShooting(MeshDiscretization, Shooting):
             powers = [np.linalg.matrix_power(turn, k) for k in range(self.images)]
             self._part, self._turns = part, self._out @ np.array(powers) @ self._into
         scaled = (nodes / self.scales).reshape(self.images, -1, nodes.shape[1])
-        apart = scaled - _applied(self._turns[:, None], scaled[:1])
+        apart = scaled - times(self._turns[:, None], scaled[:1])
         if np.abs(apart).max() > MESH.alike * max(1.0, np.abs(scaled).max()):
             return None
         return self._part, self._turns, apart.reshape(nodes.shape)
@@ -336,7 +336,7 @@ class ModalShooting(MeshDiscretization, Shooting):
             by, turns, _ = first
             which, own = np.divmod((phases - self.phase) % self.period, by.end[-1])
             known = by.states(nodes[: by.segments], constants, own) / self.scales
-            return _applied(turns[which.astype(np.intp) % len(turns)], known) * self.scales
+            return times(turns[which.astype(np.intp) % len(turns)], known) * self.scales
         solved = self._solved(nodes, constants)
         part = None if solved is None else self._ended(solved, constants, phases)[2]
         if part is None:
@@ -349,7 +349,7 @@ class ModalShooting(MeshDiscretization, Shooting):
             found = first[0].stage_states(nodes[: first[0].segments], constants)
             if found is None:
                 return None
-            turned = _applied(first[1][:, None], found[0] / self.scales) * self.scales
+            turned = times(first[1][:, None], found[0] / self.scales) * self.scales
             return turned.reshape(-1, nodes.shape[1]), self._mesh[:-1]
         solved = self._solved(nodes, constants)
         if solved is None:
@@ -410,11 +410,8 @@ class ModalShooting(MeshDiscretization, Shooting):
 
         Forces make the orbit. Their slopes, which are steeper, make multipliers.
         """
-        r, moved, period = (
-            len(self.equations.squares),
-            self.equations.moved,
-            solved.constants.period,
-        )
+        r, moved = len(self.equations.squares), self.equations.moved
+        period = solved.constants.period
         pushed = np.abs(self._out[:, r:] @ self.equations.inputs * period).max(axis=0)
         q = len(solved.nodes[0])
         forces, slopes = (in_time(part, q) for part in (solved.forces, solved.sweep.slopes))
@@ -432,11 +429,6 @@ class ModalShooting(MeshDiscretization, Shooting):
         sizes = np.abs(slopes).mean(axis=1).T @ np.diff(self._mesh)
         slopes = slopes / np.where(sizes > 0, sizes, 1.0)
         return [(forces * pushed, MESH.error), (slopes, MESH.slopes)]
-
-
-def _applied(matrices: Array, states: Array) -> Array:
-    """Return products of matrices and states. Shapes: (..., n, n), (..., n)."""
-    return np.asarray((matrices @ states[..., None])[..., 0])
 
 
 def _repeating(each: int, segments: int, copies: int) -> int:
