@@ -470,20 +470,17 @@ def _confirmed(
     point: SpecialPoint, names: tuple[str, ...], choices: Sequence[Choice], load: float
 ) -> tuple[NDArray[np.bool_], bool]:
     """Return which choices a response confirms, and whether all were examined."""
+    from slipfold.parameter_space.optimum import is_confirmed
+
     confirmed = np.zeros(len(choices), dtype=bool)
     try:
         for row, choice in enumerate(choices):
-            confirmed[row] = not choice.reason and _is_confirmed(point, names, choice, load)
+            if not choice.reason:
+                values = dict(zip(names, choice.values.tolist(), strict=True))
+                confirmed[row] = is_confirmed(point, values, float(choice.thresholds[0]), load)
     except KeyboardInterrupt:
         return confirmed, False
     return confirmed, True
-
-
-def _is_confirmed(point: SpecialPoint, names: tuple[str, ...], choice: Choice, load: float) -> bool:
-    from slipfold.parameter_space.optimum import is_confirmed
-
-    values = dict(zip(names, choice.values.tolist(), strict=True))
-    return is_confirmed(point, values, float(choice.thresholds[0]), load)
 
 
 def _number(given: Number, parameter: Parameter) -> float:

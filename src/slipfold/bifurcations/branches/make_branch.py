@@ -398,6 +398,7 @@ def curve_fields(
 ) -> dict[str, Any]:
     """Return the fields that branches and loci have in common, besides states and ends."""
     durations, model = orbits.durations(points), orbits.model
+    stuck = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
     return {
         "id": followed.number,
         "kind": orbits.kind,
@@ -408,7 +409,7 @@ def curve_fields(
         "residual": np.array([point.residual for point in points]),
         "arclength": np.array([point.arclength for point in points]),
         "durations": durations,
-        "stuck_fraction": stuck_fractions(points),
+        "stuck_fraction": None if np.isnan(stuck).all() else stuck,
     }
 
 
@@ -422,12 +423,6 @@ def point_fields(found: Found[OrbitPoint], orbits: Orbits) -> dict[str, Any]:
         "residual": point.residual,
         "arclength": point.arclength,
     }
-
-
-def stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
-    """Share of each period in which a contact sticks; None where none may along all of them."""
-    result = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
-    return None if np.isnan(result).all() else result
 
 
 def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:

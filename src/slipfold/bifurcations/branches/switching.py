@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
@@ -96,7 +95,9 @@ def emanating_branches(
     At a Hopf point several pairs of eigenvalues may be critical: each has cycles of its own.
     """
     if found.type == "BP" and found.other is not None:
-        return [EmanatingBranch(orbits, _other_branch(found, found.other))]
+        tests = {**found.point.tests, "LP": float(found.other[-1])}
+        other = replace(found.point, tangent=found.other, arclength=0.0, tests=tests)
+        return [EmanatingBranch(orbits, other)]
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
@@ -173,11 +174,6 @@ def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
     curve = first.orbits
     start = curve.derived_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
     return EmanatingBranch(curve, start)
-
-
-def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:
-    tests = {**found.point.tests, "LP": float(tangent[-1])}
-    return replace(found.point, tangent=tangent, arclength=0.0, tests=tests)
 
 
 def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | None:

@@ -102,7 +102,13 @@ def follow_sticking(plane: Plane, lines: list[FanLine]) -> Iterator[Branch]:
     """Add the stick-slip responses of lines that reach stick, and return them."""
     if not contacts_of(plane.model):
         return
-    coming = [number for number, line in enumerate(lines) if _comes_to_stick(line)]
+    # Those that end at stick in slip, or have no response in slip
+    coming = [
+        number
+        for number, line in enumerate(lines)
+        if not line.branches
+        or any(ends_in_stick(branch, row) for branch in line.branches for row in (0, -1))
+    ]
     most = IN_THE_PLANE if slips_in_planes(plane.model) else ALONG_LINES
     some = np.linspace(0, len(coming) - 1, min(len(coming), most)).round().astype(int)
     for number in (coming[place] for place in some):
@@ -116,12 +122,6 @@ def follow_sticking(plane: Plane, lines: list[FanLine]) -> Iterator[Branch]:
         yield from sticking
         if lines[number].interrupted:
             return
-
-
-def _comes_to_stick(line: FanLine) -> bool:
-    """Whether a response in slip ends at stick, or there is none."""
-    ends = (ends_in_stick(branch, row) for branch in line.branches for row in (0, -1))
-    return not line.branches or any(ends)
 
 
 def points_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
