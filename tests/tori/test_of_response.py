@@ -247,6 +247,17 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
     assert motion.states[-1] == pytest.approx(turned[0], abs=1e-8)
 
 
+@pytest.mark.long
+def test_a_step_past_where_tori_vanish_ends_at_the_orbit():
+    # The last step passes the NS point, at which the parameter turns since the tori have no sign.
+    model = sf.SlidingOscillator(f=12.5)
+    found = sf.response(model, "Nd", (0.135, 0.2), start={"Nd": 0.155}, settled=True, tori=True)
+    vanishing = found.tori[0]
+    assert vanishing.stopped.kind == "bifurcation"
+    assert vanishing.stopped.value == pytest.approx(0.1664381671, abs=1e-8)  # NS by continuation
+    assert vanishing.parameter[-1] == vanishing.stopped.value
+
+
 def test_a_motion_on_no_torus_says_what_it_does():
     chaotic = sf.SlidingOscillator(f=12.5)
     with pytest.raises(InputError, match="does not settle on what could be followed"):
