@@ -69,10 +69,7 @@ Start = Annotated[
 ]
 Starts = Annotated[int, Option("Number of starts in the box, at each value if a parameter varies.")]
 SweepStarts = Annotated[int, Option("Starts from the box at each value; 0 for none.", minimum=0)]
-Seed = Annotated[
-    int,
-    Option("Seed of random starts, samples or noise.", minimum=0),
-]
+Seed = Annotated[int, Option("Seed of random starts, samples or noise.", minimum=0)]
 
 # -- how long solutions are followed -----------------------------------------------------------
 
@@ -247,8 +244,7 @@ LocusType = Annotated[
     Option('With a model, the one type of bifurcation to follow, e.g. ``"HB"``; all if None.'),
 ]
 Switch = Annotated[
-    bool,
-    Option("Whether loci that start at points of codimension two are followed as well."),
+    bool, Option("Whether loci that start at points of codimension two are followed as well.")
 ]
 Types = Annotated[
     "str | Iterable[str] | None",
@@ -304,8 +300,7 @@ ModeNumber = Annotated[
 # -- thresholds --------------------------------------------------------------------------------
 
 Threshold = Annotated[
-    str,
-    Option('Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.'),
+    str, Option('Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.')
 ]
 ThresholdType = Annotated[str, Option('Bifurcation by which stability is lost: ``"PD"``.')]
 Over = Annotated[
@@ -396,8 +391,7 @@ Keep = Annotated[
     ),
 ]
 DesignState = Annotated[
-    str | None,
-    Option("State whose vibration is minimized; by default the first.", metavar="NAME"),
+    str | None, Option("State whose vibration is minimized; by default the first.", metavar="NAME")
 ]
 
 # -- measurements ------------------------------------------------------------------------------

@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipfold.computations.arguments import (
-    Values,
-    checked_forced,
-    checked_model,
-    parse_values,
-)
+from slipfold.computations.arguments import Values, checked_forced, checked_model, parse_values
 from slipfold.declarations import documented
 from slipfold.errors import InputError, suggest
 from slipfold.models.model import Model

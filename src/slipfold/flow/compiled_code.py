@@ -367,12 +367,7 @@ class Evaluated:
         return self._outputs[name]
 
     def curvatures(
-        self,
-        states: Array,
-        phases: Array,
-        constants: Constants,
-        vectors: Array,
-        directions: Array,
+        self, states: Array, phases: Array, constants: Constants, vectors: Array, directions: Array
     ) -> tuple[Array, Array]:
         """Differentiate the slopes of the rates along vectors, each at a state of its own.
 

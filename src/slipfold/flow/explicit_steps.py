@@ -107,10 +107,7 @@ def _build_plain(equations: Equations, limits: Sequence[Limit], count: int, *, l
 
 
 def _step(
-    equations: Equations,
-    limits: Sequence[Limit],
-    step: Expression,
-    scales: Sequence[Expression],
+    equations: Equations, limits: Sequence[Limit], step: Expression, scales: Sequence[Expression]
 ) -> list[Expression]:
     """States after one step, and its error."""
     slopes = stage_slopes(equations, step)
@@ -150,9 +147,7 @@ def _combined(
 
 
 def step_error(
-    slopes: Sequence[Sequence[Expression]],
-    ends: Sequence[Expression],
-    scales: Sequence[Expression],
+    slopes: Sequence[Sequence[Expression]], ends: Sequence[Expression], scales: Sequence[Expression]
 ) -> Expression:
     """Hairer's estimate from two embedded methods, of the fifth and the third order."""
     stages, n = len(slopes), len(scales)
@@ -278,12 +273,7 @@ class LinearizedSteps:
         return PropagatedStates(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
 
     def _advance(
-        self,
-        whole: Array,
-        rows: NDArray[np.int64],
-        ends: Array,
-        passed: _Passed,
-        tolerance: float,
+        self, whole: Array, rows: NDArray[np.int64], ends: Array, passed: _Passed, tolerance: float
     ) -> NDArray[np.bool_]:
         """Take a few steps with some trajectories; return which have arrived."""
         size, count, watched = self.states * (self.states + 2), len(rows), self.limits

@@ -18,10 +18,7 @@ from slipfold.flow.affine_events import AffineEvents
 from slipfold.flow.affine_flow import flow_of_rates
 from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
-from slipfold.flow.contact_state import (
-    ContactQuantities,
-    ContactsNow,
-)
+from slipfold.flow.contact_state import ContactQuantities, ContactsNow
 from slipfold.flow.equations import Constants, Scaled, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.modes import (
@@ -43,12 +40,7 @@ from slipfold.flow.modes import (
     reported_mode,
     with_given_forces,
 )
-from slipfold.flow.polynomials import (
-    OnsetPolynomials,
-    SlowPolynomials,
-    StepPolynomials,
-    step_to,
-)
+from slipfold.flow.polynomials import OnsetPolynomials, SlowPolynomials, StepPolynomials, step_to
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.flow.slip_onset import SlipOnset
 from slipfold.models.formulas.functions import OPTIMIZATION

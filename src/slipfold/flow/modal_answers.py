@@ -75,11 +75,7 @@ class ModalAnswers:
     """
 
     def __init__(
-        self,
-        points: CollocationPoints,
-        lengths: Array,
-        squares: Array,
-        dampings: Some,
+        self, points: CollocationPoints, lengths: Array, squares: Array, dampings: Some
     ) -> None:
         self.points, self.moments = points, Moments.of(points)
         self.lengths, self.squares = lengths, squares

@@ -9,13 +9,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import ROUNDING, TOLERANCE
-from slipfold.flow.contact_state import (
-    ContactsNow,
-    Instant,
-    Undecided,
-    largest,
-    outward,
-)
+from slipfold.flow.contact_state import ContactsNow, Instant, Undecided, largest, outward
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.intervals import Field, LinearPart
 from slipfold.flow.modes import CONTACT, Mode, Status, reported_mode

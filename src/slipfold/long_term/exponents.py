@@ -440,10 +440,7 @@ class _Sticks(Exception):
 
 
 def follow_exponents(
-    growth: Growth,
-    periods: int | None,
-    tolerance: float,
-    observer: Observer | None,
+    growth: Growth, periods: int | None, tolerance: float, observer: Observer | None
 ) -> Exponents:
     """Continue until the exponents are known; keep results so far if interrupted."""
     integration = growth.integration

@@ -410,11 +410,7 @@ def find_fractions(
 
 
 def _numbers(
-    result: Sequence[Attractor],
-    before: Sequence[Attractor],
-    led: Labels,
-    scales: Array,
-    known: int,
+    result: Sequence[Attractor], before: Sequence[Attractor], led: Labels, scales: Array, known: int
 ) -> dict[int, int]:
     """Return the number of each attractor: that of its predecessor of the same kind, or a new one.
 

@@ -146,8 +146,7 @@ def interval(
     """Return two different values of a parameter, in SI units, or raise."""
     unit, name = parameter.unit, parameter.name
     ends = pair(
-        given,
-        f"the {what} of {name} is {given!r}, which is not a pair of numbers; give two values",
+        given, f"the {what} of {name} is {given!r}, which is not a pair of numbers; give two values"
     )
     for end in ends:
         if isinstance(end, bool | np.bool_):

@@ -168,11 +168,7 @@ class Extrema(OneLine):
 
 
 def find_extrema(
-    model: Model,
-    parameters: Array,
-    nodes: Array,
-    period: int,
-    names: Sequence[str] | None = None,
+    model: Model, parameters: Array, nodes: Array, period: int, names: Sequence[str] | None = None
 ) -> Extrema:
     """Find the extrema of outputs over orbits of one period.
 

@@ -17,12 +17,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
-from slipfold.flow.simulate import (
-    HybridIntegration,
-    initial_state,
-    reaches_stick_limit,
-    simulate,
-)
+from slipfold.flow.simulate import HybridIntegration, initial_state, reaches_stick_limit, simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
@@ -52,12 +47,7 @@ class OrbitSearch:
     revolutions: int = 24  # of a trajectory until it returns, and products of such
     same: float = 1e-7  # distance in scales above which states differ: orbits close to 1e-10
     transient: int = 2000  # forcing periods, or steps in which a trajectory near a cycle returns
-    periods: tuple[int, ...] = (
-        1,
-        2,
-        4,
-        3,
-    )  # tried where a trajectory does not nearly repeat
+    periods: tuple[int, ...] = (1, 2, 4, 3)  # tried where a trajectory does not nearly repeat
     repeated: float = 1e-6  # distance in scales after a period of a motion that nearly repeats
     between: int = 16  # periods after which it is looked at again
     returned: float = 0.05  # distance over the extent, or in scales, at which an orbit is near

@@ -37,11 +37,7 @@ class FirstOrbitSearch:
     """The search for a first orbit."""
 
     near: float = 0.3  # distance from the linear response, in scales, beyond which branches differ
-    settling: tuple[int, ...] = (
-        25,
-        75,
-        300,
-    )  # forcing periods from rest, each tried
+    settling: tuple[int, ...] = (25, 75, 300)  # forcing periods from rest, each tried
     iterations: int = 20  # Newton steps from a trajectory on its way to an orbit
     stiff_settling: tuple[int, ...] = (2, 20, 80)  # the same of stiff trajectories
     stiff_steps: int = 60_000  # implicit steps: half a minute

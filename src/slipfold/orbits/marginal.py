@@ -194,10 +194,7 @@ def _stops(
         reach = WINDOW.clear * min(part.end - part.begin, end - part.end, 2 * WINDOW.longest)
         modes = reported_mode(part.mode), reported_mode(after), reported_mode(held)
         what = "MEET" if sticks else "STICK"
-        yield (
-            abs(value) / size,
-            MarginalEvent(what, *modes, event, stops, part.end, reach, size),
-        )
+        yield (abs(value) / size, MarginalEvent(what, *modes, event, stops, part.end, reach, size))
 
 
 class MarginalShooting(SwitchedShooting):

@@ -20,13 +20,7 @@ from slipfold.flow.equations import Constants
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Discretization
-from slipfold.orbits.linearization import (
-    MANY,
-    NO_CONDITIONS,
-    Conditions,
-    Linearization,
-    defect_of,
-)
+from slipfold.orbits.linearization import MANY, NO_CONDITIONS, Conditions, Linearization, defect_of
 from slipfold.orbits.multipliers import Multipliers
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import (

@@ -14,12 +14,7 @@ from slipfold.flow.equations import Constants
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Discretization
-from slipfold.orbits.meshes import (
-    INTERVALS,
-    MeshDiscretization,
-    even_mesh,
-    repeated,
-)
+from slipfold.orbits.meshes import INTERVALS, MeshDiscretization, even_mesh, repeated
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""

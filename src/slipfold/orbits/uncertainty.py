@@ -88,11 +88,7 @@ def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None,
 
 
 def multiplier_uncertainty(
-    model: Model,
-    parameters: Array,
-    nodes: Array,
-    period: int,
-    multipliers: NDArray[np.complex128],
+    model: Model, parameters: Array, nodes: Array, period: int, multipliers: NDArray[np.complex128]
 ) -> Array:
     """Return how much each multiplier moves when the monodromy matrix is computed again.
 

@@ -392,10 +392,7 @@ class _Reader:
                 f"{self.label} has the ends {low} and {high}, of which one is in percent of its "
                 "value; give both in percent, or neither"
             )
-        ends = (
-            self._number(low, self.base, -math.inf),
-            self._number(high, self.base, math.inf),
-        )
+        ends = (self._number(low, self.base, -math.inf), self._number(high, self.base, math.inf))
         if not ends[0] < ends[1]:
             raise InputError(
                 f"{self.label} goes from {ends[0]:g} to {ends[1]:g}; give from below to"

@@ -21,12 +21,7 @@ from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
 from slipfold.models.units import interval
-from slipfold.parameter_space.batch import (
-    FRACTIONS,
-    BatchedThresholds,
-    Paths,
-    StableParts,
-)
+from slipfold.parameter_space.batch import FRACTIONS, BatchedThresholds, Paths, StableParts
 from slipfold.parameter_space.loss import (
     NO_THRESHOLD,
     NOT_STARTED,

@@ -56,8 +56,7 @@ COMMANDS = {
         "tori and chaos.",
     ),
     "basins": Command(
-        f"{LONG_TERM}:basins",
-        "Compute the attractor that each start in a plane converges to.",
+        f"{LONG_TERM}:basins", "Compute the attractor that each start in a plane converges to."
     ),
     "basin-fractions": Command(
         f"{LONG_TERM}:basin_fractions",

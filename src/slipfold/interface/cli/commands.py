@@ -153,10 +153,7 @@ def option(name: str, declared: Option, default: Any = REQUIRED) -> inspect.Para
         default = None if several else _as_text(default, declared)
         kind = kind if default is not None else kind | None
     return inspect.Parameter(
-        name,
-        inspect.Parameter.KEYWORD_ONLY,
-        default=default,
-        annotation=Annotated[kind, how],
+        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, how]
     )
 
 
@@ -321,10 +318,7 @@ def _read_values(texts: Values, values: Values) -> Values:
 
 
 VALUES = Reader(
-    (
-        VARY,
-        option("points", Option("Equidistant values of it, from first to last.", "whole"), 21),
-    ),
+    (VARY, option("points", Option("Equidistant values of it, from first to last.", "whole"), 21)),
     _read_values,
 )
 

@@ -26,14 +26,10 @@ READERS = {
         )
     )
 }
-Port = Annotated[
-    int,
-    Option("Port to listen on; 0 is any free one.", minimum=0, maximum=2**16 - 1),
-]
+Port = Annotated[int, Option("Port to listen on; 0 is any free one.", minimum=0, maximum=2**16 - 1)]
 Browser = Annotated[bool, Option("Do not open the page.")]
 Workers = Annotated[
-    int | None,
-    Option("Processes that compute; one a core, 2 to 4, by default.", maximum=64),
+    int | None, Option("Processes that compute; one a core, 2 to 4, by default.", maximum=64)
 ]
 Public = Annotated[
     str | None,

@@ -29,8 +29,7 @@ Directions = Annotated[
 Modes = Annotated[int, Option("Modes, lowest first.")]
 Mode = Annotated[int, Option("Mode that a figure shows.")]
 Axis = Annotated[
-    str | None,
-    Option("Of a cyclic structure: the axis x, y or z of all sectors.", metavar="AXIS"),
+    str | None, Option("Of a cyclic structure: the axis x, y or z of all sectors.", metavar="AXIS")
 ]
 Out = Annotated[
     str, Option("File to write: .vtk for ParaView, or .png, .pdf or .svg.", metavar="FILE")

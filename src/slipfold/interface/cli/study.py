@@ -40,10 +40,7 @@ READERS = {
     ),
 }
 Check = Annotated[bool, Option("Print what would be computed, and how long it may take.")]
-Workers = Annotated[
-    int | None,
-    Option("Processes to compute in; as many as there are cores."),
-]
+Workers = Annotated[int | None, Option("Processes to compute in; as many as there are cores.")]
 Scheduler = Annotated[
     str | None,
     Option("Compute on a Dask cluster, e.g. tcp://127.0.0.1:8786, instead.", metavar="ADDRESS"),
@@ -120,13 +117,9 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
 
 
 Folder = Annotated[
-    str,
-    Option("Folder to write to; made if there is none.", metavar="DIR", flags=("--out",)),
+    str, Option("Folder to write to; made if there is none.", metavar="DIR", flags=("--out",))
 ]
-Processes = Annotated[
-    int | None,
-    Option("Processes to compute with; one a processor by default."),
-]
+Processes = Annotated[int | None, Option("Processes to compute with; one a processor by default.")]
 WithTori = Annotated[bool, Option("Follow the tori, too, and draw them in figures 2 and 3.")]
 WithLongTerm = Annotated[
     bool,

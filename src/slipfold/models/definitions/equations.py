@@ -13,13 +13,7 @@ from slipfold.errors import InputError, suggest
 from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.system_file import ContactTable, SystemFile, write_system
 from slipfold.models.formulas.functions import CONSTANTS, TIME
-from slipfold.models.formulas.grammar import (
-    FormulaError,
-    Name,
-    Tree,
-    names_in,
-    parse_formula,
-)
+from slipfold.models.formulas.grammar import FormulaError, Name, Tree, names_in, parse_formula
 from slipfold.models.formulas.values import PHASE, CoefficientFinder, as_symbol, value_of
 from slipfold.models.friction.contact import Contact, friction_name, normal_name
 from slipfold.models.friction.law import ContactState, FrictionLaw

@@ -177,10 +177,7 @@ def check_keys(given: Any, known: Sequence[str], required: Mapping[str, str]) ->
 
 
 def read_part(
-    given: Any,
-    kinds: Mapping[str, type[P]],
-    key: str,
-    readers: Mapping[str, Callable[[Any], Any]],
+    given: Any, kinds: Mapping[str, type[P]], key: str, readers: Mapping[str, Callable[[Any], Any]]
 ) -> P:
     """Make an object from a table: the entry `key` names the class, the others are arguments.
 

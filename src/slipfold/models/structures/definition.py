@@ -13,13 +13,7 @@ import numpy as np
 
 from slipfold.errors import InputError, about
 from slipfold.models.quantities import Parameter, check_state_name
-from slipfold.models.structures.component import (
-    NAME,
-    Component,
-    Direction,
-    as_direction,
-    brief,
-)
+from slipfold.models.structures.component import NAME, Component, Direction, as_direction, brief
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
 from slipfold.models.structures.cyclic import CyclicSymmetry, Sectors
 from slipfold.models.structures.damping import Damping
@@ -62,13 +56,7 @@ COMPONENTS: dict[str, tuple[type[Component], ...]] = {
         GeometricSpring,
     ),
     "contacts": (FrictionContact,),
-    "forcing": (
-        HarmonicForce,
-        MultiHarmonicForce,
-        TabulatedForce,
-        BaseMotion,
-        BaseAcceleration,
-    ),
+    "forcing": (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion, BaseAcceleration),
 }
 """Classes of components by the argument that takes them."""
 

@@ -13,13 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from slipfold.models.definitions.source import Source
-from slipfold.models.definitions.system_file import (
-    Line,
-    Named,
-    ParameterTable,
-    Table,
-    write_tables,
-)
+from slipfold.models.definitions.system_file import Line, Named, ParameterTable, Table, write_tables
 from slipfold.models.definitions.tables import (
     WrongEntry,
     check_keys,

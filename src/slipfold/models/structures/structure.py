@@ -12,11 +12,7 @@ import numpy as np
 
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import (
-    Source,
-    source_of_file,
-    source_of_text,
-)
+from slipfold.models.definitions.source import Source, source_of_file, source_of_text
 from slipfold.models.friction.contact import Contact
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Output, Symbols

@@ -205,12 +205,7 @@ def _compared(
 
 
 def _slopes_resolved(
-    flow: Flow,
-    scales: Array,
-    constants: Constants,
-    pieces: _Pieces,
-    phases: Array,
-    states: Array,
+    flow: Flow, scales: Array, constants: Constants, pieces: _Pieces, phases: Array, states: Array
 ) -> Mask:
     """Whether the integral of the Jacobian is the same by half as many points."""
     chosen = np.concatenate([_STAGES, _FINE])

@@ -143,11 +143,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
     passed = dense_phases(model, orbit.state, orbit.first_mode, end)
     drift, forces = compare_phases(system, passed, orbit.state)
     apart = wrap_angles(arrived - orbit.state, model.angle_periods) / scales
-    states = max(
-        float(np.abs(apart).max()),
-        drift,
-        forces * CHECKS.states / CHECKS.forces,
-    )
+    states = max(float(np.abs(apart).max()), drift, forces * CHECKS.states / CHECKS.forces)
     place = Difference(float(states) if np.isfinite(states) else np.inf)
 
     def differenced(step: float) -> Array | None:
