@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
@@ -53,6 +53,15 @@ def about(*entry: str) -> Iterator[None]:
     except InputError as error:
         error.entry = (*entry, *error.entry)
         raise
+
+
+def refusal(attempt: Callable[..., object], /, *given: object, **named: object) -> str:
+    """Return why something is refused; empty if it is not."""
+    try:
+        attempt(*given, **named)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 _KINDS = {

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
-from slipfold.errors import InputError
+from slipfold.errors import InputError, refusal
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow
@@ -166,11 +166,7 @@ def _is_in_slip(orbit: PeriodicOrbit) -> bool:
 
 def may_slip(model: Model) -> bool:
     """Whether there are orbits in slip alone: not where a moving surface is at rest."""
-    try:
-        check_followed(model)
-    except InputError:
-        return not contacts_of(model)
-    return True
+    return not (contacts_of(model) and refusal(check_followed, model))
 
 
 @dataclass(frozen=True)

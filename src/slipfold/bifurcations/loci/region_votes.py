@@ -16,7 +16,7 @@ from slipfold.bifurcations.loci.isolated import is_among, other_orbits, stable_o
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck
 from slipfold.bifurcations.loci.window import Plane, Window
 from slipfold.continuation.walk import Failure
-from slipfold.errors import InputError
+from slipfold.errors import InputError, refusal
 from slipfold.flow.simulate import simulate
 from slipfold.models.model import Model
 from slipfold.orbits.continued import Straight, continue_to
@@ -96,11 +96,7 @@ def where_models_exist(plane: Plane, raster: Raster) -> NDArray[np.bool_]:
 
 def model_exists(model: Model, names: tuple[str, str], first: float, second: float) -> bool:
     """Whether the parameters do not contradict each other at a place."""
-    try:
-        model.replace(**{names[0]: float(first), names[1]: float(second)})
-    except InputError:
-        return False
-    return True
+    return not refusal(model.replace, **{names[0]: float(first), names[1]: float(second)})
 
 
 def _beside_others(coarse: NDArray[np.bool_]) -> NDArray[np.bool_]:

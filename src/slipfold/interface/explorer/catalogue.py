@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-from slipfold.errors import InputError, suggest
+from slipfold.errors import InputError, refusal, suggest
 from slipfold.flow.modes import contacts_of
 from slipfold.interface.explorer.first_views import chosen_span, first_view, slider_range
 from slipfold.interface.explorer.messages import UNNAMED, ViewRequest
@@ -77,15 +77,15 @@ class Catalogue:
         {'Vd': 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
         """
         model = self.model(name, {}, text)
-        alone = {key: _refused(model.parameter(key).check, values[key]) for key in values}
+        alone = {key: refusal(model.parameter(key).check, values[key]) for key in values}
         result = {key: sentence for key, sentence in alone.items() if sentence}
         if result:
             return result
-        sentence = _refused(model.replace, **values)
+        sentence = refusal(model.replace, **values)
         if not sentence:
             return {}
         own = model.values
-        blamed = [key for key in values if not _refused(model.replace, **{**values, key: own[key]})]
+        blamed = [key for key in values if not refusal(model.replace, **{**values, key: own[key]})]
         return dict.fromkeys(blamed or values, sentence)
 
     def of(self, request: ViewRequest) -> Model:
@@ -135,15 +135,6 @@ def files_of(text: str, folder: Path | None) -> str:
             status = (folder / name).stat()
             states.append((name, status.st_mtime_ns, status.st_size))
     return blake2b(repr(states).encode(), digest_size=8).hexdigest() if states else ""
-
-
-def _refused(attempt: Callable[..., object], *values: float, **named: float) -> str:
-    """Return why something is refused; empty if it is not."""
-    try:
-        attempt(*values, **named)
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def _check_variable(model: Model) -> None:

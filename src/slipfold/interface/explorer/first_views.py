@@ -16,7 +16,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.computations.response import response
-from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.errors import BREAKDOWNS, InputError, refusal
 from slipfold.interface.explorer.messages import ScreenRequest
 from slipfold.interface.explorer.plain import Check, Emit, number
 from slipfold.interface.explorer.settings import PAGE
@@ -183,20 +183,12 @@ def _unstable(model: Model, name: str, value: float, near: Array) -> int | None:
 
 def span_about(model: Model, vary: str, width: float = 1.0) -> list[float]:
     """Return a span about the value of a parameter, from above zero if nothing slides there."""
-    low, high = slider_range(model, vary, width)
-    if not _followed(model) and model.forced and vary == model.varied_first and low == 0:
+    (low, high), refused = slider_range(model, vary, width), refusal(check_followed, model)
+    if refused and model.forced and vary == model.varied_first and low == 0:
         low = SCREEN.moving * model.values[vary]
-    elif _followed(model) and not _followed(model.replace(**{vary: low})):
+    elif not refused and refusal(check_followed, model.replace(**{vary: low})):
         low += PAGE.margin * (abs(model.values[vary]) or 1.0)
     return [low, high]
-
-
-def _followed(model: Model) -> bool:
-    try:
-        check_followed(model)
-    except InputError:
-        return False
-    return True
 
 
 def slider_range(model: Model, name: str, width: float = 1.0) -> tuple[float, float]:
@@ -207,24 +199,16 @@ def slider_range(model: Model, name: str, width: float = 1.0) -> tuple[float, fl
 
 def _allowed(model: Model, name: str, end: float) -> float:
     """Return an end, or about the last value before it that the model allows."""
-    if _may(model, name, end):
+    if not refusal(model.replace, **{name: end}):
         return end
     own, allowed, refused = model.values[name], 0.0, 1.0
     for _ in range(SCREEN.halvings):
         share = (allowed + refused) / 2
-        if _may(model, name, own + share * (end - own)):
-            allowed = share
-        else:
+        if refusal(model.replace, **{name: own + share * (end - own)}):
             refused = share
+        else:
+            allowed = share
     return own + math.floor(allowed / PAGE.margin) * PAGE.margin * (end - own)
-
-
-def _may(model: Model, name: str, value: float) -> bool:
-    try:
-        model.replace(**{name: value})
-    except InputError:
-        return False
-    return True
 
 
 def _around(item: Parameter, value: float, width: float) -> tuple[float, float]:
