@@ -206,7 +206,7 @@ def _along_branch(
         * compared.size
     )
 
-    def beside(place: float) -> _OrbitComparison:
+    def compared_at(place: float) -> _OrbitComparison:
         model = orbit.model
         if not model.forced:
             longer = model.values[DURATION.name] * (1 + place * duration)
@@ -217,7 +217,7 @@ def _along_branch(
     before, place, best = 0.0, 0.01 * reach, compared.multipliers
     allowed = max(best.allowed, SINGULAR)
     for _ in range(CHECKS.secants):
-        after = beside(place)
+        after = compared_at(place)
         best = min(best, after.multipliers, key=lambda difference: difference.value)
         slope = (after.excess - compared.excess) / (place - before)
         if best.value <= min(best.allowed, allowed) or not (np.isfinite(slope) and slope):
@@ -316,7 +316,7 @@ def _differences(
     retraced = retrace(flow, np.array(scales), solutions)
     found = [_OrbitComparison(Difference(item.drift), Difference(0.0)) for item in retraced]
     known = [i for i, item in enumerate(retraced) if item.complete and item.is_finite]
-    whole = [_Whole(orbits[i], solutions[i], retraced[i], scales[i], flow) for i in known]
+    whole = [_RetracedOrbit(orbits[i], solutions[i], retraced[i], scales[i], flow) for i in known]
     try:
         compared = _compared(whole, free) if whole else []
     except np.linalg.LinAlgError:  # one is so far from an orbit that nothing can be solved
@@ -329,7 +329,7 @@ def _differences(
 
 
 @dataclass(frozen=True, eq=False)
-class _Whole:
+class _RetracedOrbit:
     """An orbit that was retraced as a whole, in N pieces."""
 
     orbit: PeriodicOrbit
@@ -351,7 +351,7 @@ class _Whole:
         return field.rates(self.retraced.nodes, self.retraced.edges[:-1])
 
 
-def _compared(whole: Sequence[_Whole], free: Array | float) -> list[_OrbitComparison]:
+def _compared(whole: Sequence[_RetracedOrbit], free: Array | float) -> list[_OrbitComparison]:
     """Compare orbits with polynomials in pieces, by one step of Newton's method."""
     condensed = np.split(
         _condensed(whole), np.cumsum([len(item.retraced.nodes) for item in whole])[:-1]
@@ -364,7 +364,7 @@ def _compared(whole: Sequence[_Whole], free: Array | float) -> list[_OrbitCompar
 
 
 def _comparison(
-    whole: _Whole, pieces: Array, values: Complex, moved: Array, free: Array | float
+    whole: _RetracedOrbit, pieces: Array, values: Complex, moved: Array, free: Array | float
 ) -> _OrbitComparison:
     """Compare one of them, by how its pieces end and by multipliers with their sensitivities."""
     orbit, retraced, own = whole.orbit, whole.retraced, (0 if whole.forced else 1)
@@ -400,7 +400,7 @@ def _finite(values: Array | float) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def _condensed(whole: Sequence[_Whole]) -> Array:
+def _condensed(whole: Sequence[_RetracedOrbit]) -> Array:
     """Return how pieces end: by beginnings, by the unit of time, and what is lacking.
 
     Returns (N, n, n + 2), the pieces of one orbit after those of the other.

@@ -170,10 +170,10 @@ def _first_pieces(
         states = flow.sample(states, begin, end, count, rows)
         lengths = (end - begin) / count
         begin = begin[:, None] + lengths[:, None] * np.arange(count)
-        for i, last, size in zip(own, np.cumsum(parts).tolist(), parts, strict=True):
-            some = slice(last - size, last)
-            along = states[some].reshape(size * count, -1)
-            found[i] = _Pieces(begin[some].ravel(), np.repeat(lengths[some], count), along)
+        split = (np.split(each, np.cumsum(parts)[:-1]) for each in (begin, lengths, states))
+        for i, first, length, along in zip(own, *split, strict=True):
+            along = along.reshape(first.size, -1)
+            found[i] = _Pieces(first.ravel(), np.repeat(length, count), along)
     return [found[i] for i in range(len(solutions))]
 
 
