@@ -156,13 +156,7 @@ class AlgebraicCurve(Curve[Point]):
         tangent = bordered.tangent()
         tests = self.tests(z, tangent)
         return Point(
-            z,
-            tangent,
-            arclength,
-            tests,
-            bordered.sign,
-            correction.residual,
-            volume=bordered.volume,
+            z, tangent, arclength, tests, bordered.sign, correction.residual, volume=bordered.volume
         )
 
     def begin(self, guess: Array, row: Array) -> Point:

@@ -175,14 +175,7 @@ def correct(
                 moved, failure = left, DIVERGED if isfinite(left) else equations.undefined
                 break
     return Correction(
-        z,
-        linearization,
-        bordered,
-        mismatch,
-        length_of(z - guess),
-        moved,
-        taken,
-        failure,
+        z, linearization, bordered, mismatch, length_of(z - guess), moved, taken, failure
     )
 
 
@@ -197,11 +190,7 @@ def _linearized(equations: NewtonEquations, z: Array) -> Linearized | None:
 
 
 def _chord_steps(
-    equations: NewtonEquations,
-    bordered: SquareMatrix,
-    z: Array,
-    constraint: float,
-    moved: float,
+    equations: NewtonEquations, bordered: SquareMatrix, z: Array, constraint: float, moved: float
 ) -> tuple[Array, float, float]:
     """Take steps with the old derivatives, which cost a third of new ones, while these converge.
 

@@ -180,10 +180,7 @@ def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
 
 
 def _end_on_edge(
-    orbits: Orbits,
-    traced: TracedCurve[OrbitPoint],
-    span: tuple[float, float],
-    settings: Stepping,
+    orbits: Orbits, traced: TracedCurve[OrbitPoint], span: tuple[float, float], settings: Stepping
 ) -> tuple[list[OrbitPoint], list[Found]] | None:
     """Return how a branch ends if a bifurcation lies on the end of the span.
 

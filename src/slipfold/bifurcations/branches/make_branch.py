@@ -24,21 +24,13 @@ from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
-from slipfold.orbits.bifurcation_types import (
-    BIFURCATION_TYPES,
-    CONTACT_TYPES,
-    PAIRED,
-)
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import (
-    critical_places,
-    evaluate_tests,
-    match_multipliers,
-)
+from slipfold.orbits.test_functions import critical_places, evaluate_tests, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 from slipfold.text import certain
 

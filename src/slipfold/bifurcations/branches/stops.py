@@ -75,9 +75,7 @@ class Unresolved:
     """
 
     def __init__(
-        self,
-        curve: OrbitCurve,
-        clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: "",
+        self, curve: OrbitCurve, clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: ""
     ) -> None:
         self._curve = curve
         self._clause = clause

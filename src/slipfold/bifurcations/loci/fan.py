@@ -219,10 +219,7 @@ def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
         for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
 
             def report(
-                progress: Progress,
-                value: float = float(value),
-                vary: str = vary,
-                done: int = done,
+                progress: Progress, value: float = float(value), vary: str = vary, done: int = done
             ) -> None:
                 found = progress.values
                 text = f"period {found['period']}, {found['points']} points"

@@ -299,10 +299,7 @@ def _periods(found: Sequence[Settled]) -> list[int]:
 
 
 def add_sticking(
-    plane: Plane,
-    region: Region,
-    places: Sequence[Place],
-    seeds: Sequence[Sequence[Array]],
+    plane: Plane, region: Region, places: Sequence[Place], seeds: Sequence[Sequence[Array]]
 ) -> tuple[Region, list[Settled]]:
     """Return a region with the stable responses in it that stick, and these."""
     every = np.linspace(0, len(places) - 1, min(RULES.places, len(places))).round().astype(int)

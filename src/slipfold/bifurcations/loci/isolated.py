@@ -87,10 +87,7 @@ def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[ND
 
 
 def is_among(
-    model: Model,
-    nodes: NDArray[np.float64],
-    period: int,
-    known: Sequence[NDArray[np.float64]],
+    model: Model, nodes: NDArray[np.float64], period: int, known: Sequence[NDArray[np.float64]]
 ) -> bool:
     """Whether an orbit is one of others, started in whichever forcing period.
 

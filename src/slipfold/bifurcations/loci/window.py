@@ -129,12 +129,7 @@ class LocusLine:
 
 
 def locus_progress(
-    stage: str,
-    done: int,
-    total: int | None,
-    place: tuple[float, float],
-    text: str,
-    **values: Any,
+    stage: str, done: int, total: int | None, place: tuple[float, float], text: str, **values: Any
 ) -> Progress:
     """Return the state of a computation of loci at values of the two parameters."""
     return Progress(stage, done, total, text, {"place": place, **values})

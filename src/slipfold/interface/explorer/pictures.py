@@ -23,12 +23,7 @@ BASIN_POINTS = (16, 48, 144)
 """Starts along both states, one number a picture; the last has eight times those before."""
 
 
-def send_basins(
-    model: Model,
-    request: BasinsRequest,
-    send: Emit,
-    check: Check,
-) -> None:
+def send_basins(model: Model, request: BasinsRequest, send: Emit, check: Check) -> None:
     """Compute basins, coarse ones first, and send each picture when it is ready."""
     watch = now_and_then(send, check, _far)
     plane = {axis.name: axis.span for axis in (request.x, request.y)}
@@ -65,12 +60,7 @@ REGIME_CELLS = ((12, 9), (36, 27), (72, 54))
 """Cells along both parameters, one pair a picture."""
 
 
-def send_regimes(
-    model: Model,
-    request: RegimesRequest,
-    send: Emit,
-    check: Check,
-) -> None:
+def send_regimes(model: Model, request: RegimesRequest, send: Emit, check: Check) -> None:
     """Classify solutions from the starting state, few of them first, and send each picture.
 
     The first one is sent when periodic solutions are known; others are followed for longer.
