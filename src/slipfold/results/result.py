@@ -205,7 +205,7 @@ class Result(OneLine, ReadOnly, ABC):
         InputError
             If the file cannot be written.
         """
-        write_file(path, self._csv().encode())
+        write_file(path, self._frame().to_csv().encode())
 
     def _repr_html_(self) -> str:
         caption, *said = self._head().split("\n")
@@ -251,10 +251,6 @@ class Result(OneLine, ReadOnly, ABC):
     def _frame(self) -> Frame:
         """Return the table of spreadsheets."""
         return frame_of(self._variables(), bound(self.rows, self, self._variable_name).split())
-
-    def _csv(self) -> str:
-        """Return the rows of a spreadsheet."""
-        return self._frame().to_csv()
 
     def _variable_name(self, item: Parameter | State) -> str:
         """Return the name of the variable of a parameter or state, which no other variable has."""

@@ -14,7 +14,6 @@ from slipfold.interface.cli.running import say, write_json
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
-    from slipfold.models.quantities import Parameter
 
 READERS = {
     "model": given_text(
@@ -91,13 +90,14 @@ def _record(model: Model) -> dict[str, Any]:
 def _details(model: Model) -> str:
     from slipfold.flow.modes import contacts_of
 
+    varied = {item.name for item in model.variable_parameters}
     parameters = [
         (
             item.name,
             f"{model.values[item.name]:.10g}",
             item.unit,
             item.bounds,
-            _meaning(model, item),
+            item.doc if item.name in varied else f"{item.doc}; cannot be varied",
         )
         for item in model.parameters
     ]
@@ -124,12 +124,6 @@ def _details(model: Model) -> str:
     # What has no outputs or limits needs no headings for them.
     filled = [section for index, section in enumerate(sections) if not index or len(section) > 1]
     return "\n\n".join("\n".join(section) for section in filled)
-
-
-def _meaning(model: Model, item: Parameter) -> str:
-    """Say what a parameter is, and that it cannot be varied if that is so."""
-    varied = {item.name for item in model.variable_parameters}
-    return item.doc if item.name in varied else f"{item.doc}; cannot be varied"
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -180,19 +180,15 @@ class Matrix:
     @cached_property
     def asymmetry(self) -> tuple[float, int, int]:
         """Largest difference between mirrored entries over the largest entry, and where it is."""
-        return self._difference(1.0)
+        return self.mirrored_difference(1.0)
 
     @property
     def parts(self) -> tuple[Matrix, ...]:
         """The constant matrix and those that formulas multiply."""
         return (self, *(matrix for _, matrix in self.terms))
 
-    @property
-    def skewness(self) -> tuple[float, int, int]:
-        """The same for a skew-symmetric matrix: the largest sum of mirrored entries."""
-        return self._difference(-1.0)
-
-    def _difference(self, sign: float) -> tuple[float, int, int]:
+    def mirrored_difference(self, sign: float) -> tuple[float, int, int]:
+        """Largest difference of entries from so many times their images, over the largest entry."""
         a = self.array()
         difference = abs(a - sign * a.T)
         row, column = divmod(int(difference.argmax()), self.size)
@@ -287,7 +283,7 @@ def factor_value(text: str, values: Mapping[str, Expression]) -> Expression:
 def require_skew(matrix: Matrix, name: str) -> None:
     """Raise if a matrix and those that are added to it are not skew-symmetric."""
     for one in matrix.parts:
-        difference, row, column = one.skewness
+        difference, row, column = one.mirrored_difference(-1.0)
         if difference > MATRICES.asymmetry:
             raise InputError(
                 f"{name} is not skew-symmetric: {one.pair(row, column)}; put its symmetric part "
