@@ -41,3 +41,31 @@ def test_end_of_piece_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     bisected, estimated = counts
     assert 3 * estimated <= bisected
     assert np.linalg.norm(ends[1] - ends[0]) < 4 * pieces.PIECE.close
+
+
+@pytest.mark.parametrize("span", [(0.9, 2.5), (3.0, 0.9)])
+def test_a_branch_that_turns_back_where_it_touches_is_followed(span: tuple[float, float]) -> None:
+    """Slip of a brake pad touches Vrel = 0 at the largest belt velocity of its cycles.
+
+    The pieces before and beyond meet at an angle of five to eight degrees, and to which of them an
+    orbit next to the touch belongs is decided by rounding, which differs from span to span.
+    """
+    model = sf.Structure(
+        np.diag([0.8, 0.002]),
+        [[6.0, 0.02], [0.02, 0.01]],
+        [[320000.0, -3200.0], [-3200.0, 900.0]],
+        names="x theta",
+        contacts=sf.FrictionContact(
+            {"x": 1.0, "theta": 0.02},
+            sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3),
+            load=150.0,
+            Vd=1.5,
+        ),
+    )
+    _, cycles = sf.response(model, "Vd", span).branches
+    assert [point.type for point in cycles.special] == ["GRAZE"]
+    assert cycles.special[0].value == pytest.approx(2.0595302885, rel=1e-9)
+    assert cycles.stopped.kind == "span"
+    assert cycles.parameter[-1] == 0.9
+    beyond = cycles.orbit(len(cycles) - 1)
+    assert beyond.stuck_fraction > 0

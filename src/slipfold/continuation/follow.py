@@ -132,10 +132,9 @@ class _Follower(Generic[P]):
                 return None
             if traced.end is None and reaches(item, self.bounds):
                 break
-            renewed = self._renew()
             if traced.end is not None:
                 return None
-            if renewed:
+            if self._renew():
                 return item.arclength - before.arclength
         traced.end = self.endings.left(traced)
         return None

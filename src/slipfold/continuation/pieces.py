@@ -214,25 +214,26 @@ def _halfway(curve: Curve[P], own: list[P], a: P, b: P) -> P:
         return point
 
 
-def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
-    """Return the first point of the next piece, with its tangent in the direction of that piece.
+def ahead_of(curve: Curve[P], before: P, after: P) -> list[P]:
+    """Return first points of the next piece, with tangents in the direction of that piece.
 
-    The tangent jumps, and the parameter may turn. A piece that is thinner than the first step is
-    skipped. None if there is no solution nearby.
+    The tangent jumps, and the parameter may turn. So near to the boundary rounding decides of which
+    piece a tangent is: both are tried. A piece that is thinner than the first step is skipped. The
+    nearest point comes first; none if there is no solution nearby.
     """
+    own = after.tangent
     for step in PIECE.looks:
-        for sign in (1.0, -1.0):
-            row = sign * after.tangent
+        for row in (own, -own, before.tangent, -before.tangent):
             s = after.arclength + step
             point = _solution(curve, after.z + step * row, row, s, after.z, 10 * step)
             if point is None:
                 continue
             if point.piece == after.piece:
-                turned = curve.turned(after) if sign < 0 else after
-                return replace(turned, arclength=after.arclength)
-            if sign > 0 and point.piece != before.piece:
-                return point
-    return None
+                turned = curve.turned(after) if row @ own < 0 else after
+                return [replace(turned, arclength=after.arclength), point]
+            if row is own and point.piece != before.piece:
+                return [point]
+    return []
 
 
 def across_gap(curve: Curve[P], last: P) -> P | None:

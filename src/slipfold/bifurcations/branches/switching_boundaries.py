@@ -55,6 +55,8 @@ class BoundaryRules:
     ahead: float = 0.02
     # Distance in the scaled parameter of two points that are one: each is known to a tenth of it
     same: float = 1e-9
+    # Cosine of the angle between tangents a first look apart, above which they are of one piece
+    smooth: float = 0.9995
     # Growth a phase of what friction lacks, in what it had: released half a thousandth of a phase
     # later, the contact would be held. Perturbations are multiplied by fifty or more
     barely: float = 0.02
@@ -396,13 +398,17 @@ def _next_piece(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint
     if len(traced.points) > 1 and before.piece == after.piece:  # nothing is beyond
         return None
     curve = after.curve
-    found = ahead_of(curve, before, after)
-    if found is None:
-        return None
+    renewed = curve.renewed([after])
     # Nothing is interpolated across the boundary: it is another curve.
-    other = curve.described_by(curve.orbits.by)
-    point = other.converted(found)
-    return None if point is None else (other, point)
+    other = curve.described_by(curve.orbits.by) if renewed is None else renewed[0]
+    points = [other.converted(point) for point in ahead_of(curve, before, after)]
+    known = [point for point in points if point is not None]
+    if not known:
+        return None
+    first, ahead = known[0], known[-1]
+    # Rounding may put the first one across the boundary, or its tangent.
+    own = first.piece == ahead.piece and first.tangent @ ahead.tangent > RULES.smooth
+    return other, first if own else ahead
 
 
 def _kind(before: Sequence[Mode], after: Sequence[Mode]) -> str:
