@@ -9,7 +9,7 @@ const DELAYS = [300, 700, 1500, 3000, 5000];
 const PATIENCE = 3;
 
 /** Codes with which the server says why it closes: too many pages, too many requests. */
-const TOLD = [1008, 1013];
+const WITH_REASON = [1008, 1013];
 
 const SENTENCES = {
   lost: "Connection lost; trying again.",
@@ -51,7 +51,7 @@ export class Connection {
       this.#become("open");
     };
     socket.onmessage = (event) => this.received.announce(JSON.parse(event.data));
-    socket.onclose = ({ code, reason }) => this.#lost(TOLD.includes(code) ? reason : "");
+    socket.onclose = ({ code, reason }) => this.#lost(WITH_REASON.includes(code) ? reason : "");
   }
 
   /**

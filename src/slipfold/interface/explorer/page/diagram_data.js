@@ -48,7 +48,7 @@ function nameOfEnd(reason) {
  * @property {string} kind `"stable"` or unstable by what
  * @property {string} statistic what y is of the output
  * @property {boolean} isEquilibrium
- * @property {boolean} [isTurn] whether the branch turns here, so that the value does not tell where
+ * @property {boolean} [isTurn] whether the branch turns here, so that one value belongs to several points
  * @property {object} [special] the special point that it is
  */
 

@@ -54,22 +54,22 @@ export class DiagramPlot {
     this.#sweep = sweep;
     this.node.append(this.#canvas, this.#motions.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting, this.#draft);
-    this.#tellBusy();
+    this.#showStatus();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
     measurements.changed.subscribe(() => this.#schedule());
     sweep.changed.subscribe(() => this.#drawMotions());
-    session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
+    session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#progressText(far) : ""; });
     session.placeChanged.subscribe(() => this.#place());
     session.orbitArrived.subscribe((arrived) => this.#tipOf(arrived));
-    session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
-    session.connection.changed.subscribe(() => this.#tellBusy());
+    session.failed.subscribe(({ sentence }) => sentence && this.#showStatus());
+    session.connection.changed.subscribe(() => this.#showStatus());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.zoom !== before.zoom) this.#schedule();
       if (view.model !== before.model) this.#simulated = null;
       this.#place();
       if (this.#isFaint !== this.#isDrawnFaint) this.#schedule();
-      this.#tellBusy();
+      this.#showStatus();
     });
     themeChanged.subscribe(() => this.#schedule());
     new ResizeObserver(() => this.#schedule()).observe(this.node);
@@ -133,14 +133,14 @@ export class DiagramPlot {
     this.#drawMotions();
     await plotted;
     this.#listenToPlot();
-    requestAnimationFrame(() => this.#tellPainted(number, diagram));
+    requestAnimationFrame(() => this.#announcePainted(number, diagram));
   }
 
-  /** Tell that a diagram is on the screen: those who measure or test wait for it. */
-  #tellPainted(number, { id, draft = false }) {
+  /** Announce that a diagram is on the screen: measurements and tests wait for it. */
+  #announcePainted(number, { id, draft = false }) {
     this.#painted = number;
     this.node.dataset.drawn = id;
-    this.#tellBusy();
+    this.#showStatus();
     this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
   }
 
@@ -211,13 +211,13 @@ export class DiagramPlot {
     yield* measurementValues(this.#measured(diagram), this.#session.view.span);
   }
 
-  /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
-  #told({ progress, value }) {
+  #progressText({ progress, value }) {
     const vary = this.#session.quantity(this.#session.view.vary);
     return ` ${progress}, ${vary.label} = ${withUnit(vary, value)}`;
   }
 
-  #tellBusy() {
+  /** Show whether the diagram is complete; one of another model is not shown. */
+  #showStatus() {
     const { isSettled, diagram, connection, hasFailed } = this.#session;
     const isPainted = !diagram || this.#painted === this.#asked;
     this.node.classList.toggle("refused", hasFailed);

@@ -21,7 +21,7 @@ import { pictureOf, sheetOf } from "./svg_file.js";
 import { Sweep } from "./sweep.js";
 import { apply, colors } from "./theme.js";
 import { ExportMenu, Toolbar } from "./toolbar.js";
-import { TOLD_OF, Tour, isFirstVisit } from "./tour.js";
+import { TOUR_MODEL, Tour, isFirstVisit } from "./tour.js";
 import { addressOf, diagramRequest, initialView, planeRequest } from "./view.js";
 
 const PICTURE_SCALE = 2;
@@ -127,13 +127,13 @@ function build(models, study, { view: given, sentence }) {
   showPlane();
   session.store.changed.subscribe(showPlane);
   keepAddress(session, refusals);
-  tellDefects(session);
+  reportDefects(session);
   session.failed.announce({ kind: "link", sentence });
   connection.open();
   session.start();
   refusals.ask();
   friction.ask();
-  if (!given && isFirstVisit() && session.view.model === TOLD_OF) tour.start();
+  if (!given && isFirstVisit() && session.view.model === TOUR_MODEL) tour.start();
   document.getElementById("page").dataset.started = "";
 }
 
@@ -184,12 +184,12 @@ function keepAddress(session, refusals) {
   });
 }
 
-/** What goes wrong on a page that stands is said too; before, start_failure.js says it. */
-function tellDefects({ failed }) {
-  const tell = (what) => failed.announce({ kind: "page", sentence: `This is a defect of the page: ${what}.` });
-  // A plot whose size changes while sizes are being told is drawn at the next opportunity.
-  window.addEventListener("error", ({ error }) => error && tell(error));
-  window.addEventListener("unhandledrejection", ({ reason }) => tell(reason));
+/** Report errors of a page that has started; start_failure.js reports those before. */
+function reportDefects({ failed }) {
+  const report = (what) => failed.announce({ kind: "page", sentence: `This is a defect of the page: ${what}.` });
+  // A plot whose size changes while sizes are reported is drawn at the next opportunity.
+  window.addEventListener("error", ({ error }) => error && report(error));
+  window.addEventListener("unhandledrejection", ({ reason }) => report(reason));
 }
 
 async function plotted(plot, format) {

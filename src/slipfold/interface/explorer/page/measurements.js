@@ -40,7 +40,7 @@ export class Measurements {
       if (number !== this.#asked) return;
       this.#take({ ...found, name: file.name, text, model });
     } catch (error) {
-      if (number === this.#asked) this.#tell(error.message);
+      if (number === this.#asked) this.#report(error.message);
     }
   }
 
@@ -74,11 +74,11 @@ export class Measurements {
 
   #take(file) {
     this.file = file;
-    this.#tell(null);
+    this.#report(null);
     this.changed.announce();
   }
 
-  #tell(sentence) {
+  #report(sentence) {
     this.#session.failed.announce({ kind: "measurements", sentence });
   }
 }
@@ -159,12 +159,12 @@ export class MeasurementsControl {
     }
     const isDrawn = this.#measurements.of(view) !== null;
     this.legend.replaceChildren(
-      element("span", { class: "file-name", title: this.#told(file) }, file.name),
+      element("span", { class: "file-name", title: this.#description(file) }, file.name),
       ...(isDrawn ? this.#legend(file) : [this.#offer(file)]),
       closeButton(`Remove ${file.name}`, () => this.#measurements.remove()));
   }
 
-  #told({ quantities, vary, values }) {
+  #description({ quantities, vary, values }) {
     return `${values.length} measurements of ${quantities.map((item) => this.#titled(item)).join(", ")} over ${vary}`;
   }
 

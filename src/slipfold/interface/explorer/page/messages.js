@@ -140,7 +140,7 @@ export class TextDialog {
   #state = element("span", { role: "status" });
 
   constructor() {
-    const copyAgain = async () => this.#told(await copy(this.#text.textContent));
+    const copyAgain = async () => this.#showState(await copy(this.#text.textContent));
     const actions = element("div", { class: "actions" }, this.#state,
       button("Copy", copyAgain), button("Close", () => this.node.close()));
     this.node = element("dialog", { class: "text-dialog", "aria-labelledby": "text-dialog-title" },
@@ -151,11 +151,11 @@ export class TextDialog {
   show(title, text, isCopied) {
     this.#heading.textContent = title;
     this.#text.textContent = text;
-    this.#told(isCopied);
+    this.#showState(isCopied);
     this.node.showModal();
   }
 
-  #told(isCopied) {
+  #showState(isCopied) {
     this.#state.textContent = isCopied ? "Copied." : "Select the text to copy it.";
   }
 }

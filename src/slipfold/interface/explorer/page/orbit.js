@@ -255,7 +255,7 @@ export class OrbitPanel {
     this.cursor.moved.subscribe((phase) => this.#point(phase));
     session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
     for (const signal of [session.orbitAwaited, session.orbitArrived, session.failed]) {
-      signal.subscribe(() => this.#tellBusy());
+      signal.subscribe(() => this.#markBusy());
     }
   }
 
@@ -297,8 +297,8 @@ export class OrbitPanel {
     this.node.dataset.period = answer.period;
   }
 
-  /** Tell whether the orbit that is meant is still to come. */
-  #tellBusy() {
+  /** Mark the panel as busy while its orbit is computed. */
+  #markBusy() {
     this.node.setAttribute("aria-busy", String(this.#session.requests.isBusy("orbit")));
   }
 

@@ -52,7 +52,7 @@ export class QuantityBox {
       on: {
         input: () => {
           this.#isEdited = true;
-          this.#tell(null);
+          this.#showReason(null);
         },
         change: () => this.#take(),
         blur: () => this.#isRefused || this.#restore(),
@@ -78,7 +78,7 @@ export class QuantityBox {
 
   #restore() {
     this.#isEdited = false;
-    if (this.#isRefused) this.#tell(null);
+    if (this.#isRefused) this.#showReason(null);
     const text = plain(this.#value * display(this.#quantity).factor, DIGITS);
     if (this.node.value !== text) this.node.value = text;
   }
@@ -89,7 +89,7 @@ export class QuantityBox {
     this.#isEdited = false;
     if (text.trim() !== "") refused = this.#read(text);
     this.#isEdited = refused !== null;
-    this.#tell(refused);
+    this.#showReason(refused);
     if (!refused) this.#restore();
   }
 
@@ -103,8 +103,8 @@ export class QuantityBox {
     return wrong ?? this.#accept(value) ?? null;
   }
 
-  /** Say beside the box why its text is refused; null where it is not. */
-  #tell(sentence) {
+  /** Show beside the box why its text is refused; null removes the reason. */
+  #showReason(sentence) {
     this.#isRefused = sentence !== null;
     set(this.node, { "data-refused": this.#isRefused && "", title: sentence });
     reason.hidden = !this.#isRefused;
@@ -124,7 +124,7 @@ export class QuantityBox {
       const { factor, si } = display(this.#quantity);
       const step = roundStep(this.#range * factor, STEPS);
       const refused = this.#accept(stepped(this.#value * factor, step, count) * si) ?? null;
-      this.#tell(refused);
+      this.#showReason(refused);
       if (!refused) this.#restore();
     }
   }

@@ -48,7 +48,7 @@ export class Regimes {
     const { requests, failed, view } = this.#session;
     this.#clear();
     this.#of = this.#key();
-    this.#tell("Simulating…", true);
+    this.#showStatus("Simulating…", true);
     const onError = (sentence, again) => failed.announce(
       { kind: "regimes", sentence, again: again ? () => this.#begin() : null });
     requests.ask({ ...planeRequest(view), kind: "regimes" },
@@ -57,17 +57,17 @@ export class Regimes {
 
   #take({ far, done, ...picture }) {
     if (far) {
-      this.#tell(`Simulating: ${Math.floor((100 * far[0]) / far[1])} % of this picture…`, true);
+      this.#showStatus(`Simulating: ${Math.floor((100 * far[0]) / far[1])} % of this picture…`, true);
       return;
     }
     this.#show(picture);
     const size = `${picture.x.values.length} × ${picture.y.values.length} motions from the model's start`;
-    this.#tell(done ? `${size}.` : `${size}; simulating more…`, !done);
+    this.#showStatus(done ? `${size}.` : `${size}; simulating more…`, !done);
   }
 
   #halt() {
     this.#session.requests.cancel("regimes");
-    this.#tell("Stopped.", false);
+    this.#showStatus("Stopped.", false);
   }
 
   #clear(failure = null) {
@@ -75,7 +75,7 @@ export class Regimes {
     if (!failure) this.#session.failed.announce({ kind: "regimes", sentence: null });
     this.#of = "";
     this.#show(null);
-    this.#tell("", false);
+    this.#showStatus("", false);
   }
 
   #show(picture) {
@@ -87,7 +87,7 @@ export class Regimes {
     this.changed.announce(picture);
   }
 
-  #tell(text, isRunning) {
+  #showStatus(text, isRunning) {
     this.#words.textContent = text;
     this.#stop.hidden = !isRunning;
   }
@@ -178,7 +178,7 @@ export class PointCard {
   }
 
   /**
-   * Tell what a point means, with ways to the diagrams on both sides of it.
+   * Explain a point, with buttons that lead to the diagrams on both sides of it.
    * @param {{x: number, y: number, sentence: string, meaning: string}} point
    * @param {[number, number]} at where it is on the plot, in pixels
    */

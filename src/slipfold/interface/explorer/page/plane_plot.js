@@ -87,7 +87,7 @@ const FAINT = 0.55;
 const UNMARKED = ["MIN", "MAX", "EVENT"];
 
 /**
- * How a segment of a locus is drawn: its color tells the type, its dashes the criticality, its
+ * How a segment of a locus is drawn: the color shows the type, dashes the criticality, the
  * width the period.
  */
 export function lineStyle({ type, period }, criticality, color) {
@@ -396,7 +396,7 @@ export class PlanePlot {
     themeChanged.subscribe(() => this.#schedule());
     new ResizeObserver(() => this.#schedule()).observe(this.node);
     this.node.addEventListener("pointerdown", (event) => this.#grab(event));
-    this.node.addEventListener("pointermove", (event) => this.#tell(event));
+    this.node.addEventListener("pointermove", (event) => this.#describe(event));
     this.node.addEventListener("pointerleave", () => this.pointed.show(null));
     this.#schedule();
   }
@@ -500,7 +500,7 @@ export class PlanePlot {
     this.#point.setAttribute("aria-label", `Working point: ${text}. Arrow keys move it`);
   }
 
-  #tell({ clientX, clientY }) {
+  #describe({ clientX, clientY }) {
     const box = this.node.getBoundingClientRect();
     const pixel = [clientX - box.left, clientY - box.top];
     if (!this.#session.view.plane || !this.#map?.isInside(...pixel)) {

@@ -228,7 +228,7 @@ export class Exponents {
   node;
   #session;
   #simulation;
-  #told = element("p", { role: "status", id: "exponents" });
+  #result = element("p", { role: "status", id: "exponents" });
   #stop;
   #simulated;
 
@@ -239,7 +239,7 @@ export class Exponents {
     this.node = element("div", { class: "exponents" },
       element("div", { class: "sentence" },
         button("Torus or chaos?", () => this.#ask(), { title: "Classify this motion by its Lyapunov exponents" }), this.#stop),
-      this.#told);
+      this.#result);
     session.store.changed.subscribe(({ view, before }) => {
       if (solutionOf(view) !== solutionOf(before)) this.#clear();
     });
@@ -266,7 +266,7 @@ export class Exponents {
   }
 
   #show(parts, isRunning) {
-    this.#told.replaceChildren(...parts);
+    this.#result.replaceChildren(...parts);
     this.#stop.hidden = !isRunning;
   }
 
@@ -284,7 +284,7 @@ export class Exponents {
   }
 }
 
-/** Exponents in words: what is not told from zero is, and null is minus infinity. */
+/** Exponents as text: 0 for what cannot be distinguished from zero, minus infinity for null. */
 function listed(exponents, errors = exponents.map(() => 0)) {
   const texts = exponents.map((value, i) => {
     if (value === null) return "−∞";

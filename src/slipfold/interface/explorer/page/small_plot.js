@@ -64,8 +64,8 @@ export class SmallPlot {
     new ResizeObserver(() => this.#redraw()).observe(this.#svg);
     if (onPoint) {
       this.#svg.classList.add("pointable");
-      const tell = (event) => this.#map && onPoint(this.#map.dataX(event.offsetX));
-      this.#svg.addEventListener("pointermove", tell);
+      const report = (event) => this.#map && onPoint(this.#map.dataX(event.offsetX));
+      this.#svg.addEventListener("pointermove", report);
     }
   }
 
@@ -214,7 +214,7 @@ function mapOf({ x, y, lines, dots = [], clouds = [], stems = [] }, width, heigh
   };
 }
 
-/** Evenly spaced numbers as text, with as many digits as tell one from the next. */
+/** Evenly spaced numbers as text, with as many digits as distinguish neighbors. */
 function labelsOf(values) {
   const largest = Math.max(...values.map(Math.abs));
   const digits = values.length > 1 ? Math.ceil(Math.log10(largest / (values[1] - values[0]))) + 2 : 0;
@@ -235,7 +235,7 @@ function yTicks(range, top, bottom, isLog) {
   return isLog ? ticks(range, count).filter(Number.isInteger) : atLeastTwo(range, count);
 }
 
-/** Round numbers that divide a range, about so many: one alone does not tell the scale. */
+/** Round numbers that divide a range, about so many: one alone does not show the scale. */
 function atLeastTwo(range, count) {
   const values = ticks(range, count);
   return values.length > 1 ? values : ticks(range, 2 * count);

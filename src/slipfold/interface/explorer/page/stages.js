@@ -29,7 +29,7 @@ export class Mechanism {
   #reach = 1;
   #force = 1;
 
-  /** @param {string} [id] tells two on one page apart */
+  /** @param {string} [id] distinguishes two on one page */
   constructor(id = "orbit") {
     const [friction, plate, hatch] = ["friction", "plate", "hatch"].map((name) => `${name}-of-${id}`);
     const part = (name, attributes = {}) => {
@@ -271,7 +271,7 @@ export class PhaseAnimation {
   #plot;
   #pair = null;
 
-  /** @param {string} [id] tells two on one page apart */
+  /** @param {string} [id] distinguishes two on one page */
   constructor(id = "motion") {
     this.#plot = new SmallPlot(id, "Motion in the phase plane");
     this.node = element("div", { class: "mechanism-frame" }, this.#plot.node);

@@ -20,7 +20,7 @@
     page.replaceChildren(text);
   };
 
-  // What a script or a style sheet cannot load is told to itself alone, on the way down.
+  // The error of a script or a style sheet that cannot load does not bubble: the window hears it only as it captures.
   window.addEventListener("error", show, true);
   window.addEventListener("unhandledrejection", show);
 })();

@@ -1,4 +1,4 @@
-/** The view and its history; signals that tell of changes. */
+/** The view and its history; signals that announce changes. */
 
 export class Signal {
   #listeners = new Set();

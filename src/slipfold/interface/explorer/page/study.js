@@ -49,10 +49,10 @@ function coloring(quantity, cases, color) {
 }
 
 export class Study {
-  /** @param {object} told the server's answer */
-  constructor(told) {
-    Object.assign(this, told);
-    this.count = told.reasons.length;
+  /** @param {object} answer the server's answer */
+  constructor(answer) {
+    Object.assign(this, answer);
+    this.count = answer.reasons.length;
   }
 
   /** All cases as the rows of a spreadsheet, in SI units: as `to_csv` has them. */
@@ -174,14 +174,14 @@ class StudyPlot {
     };
     const shown = { showscale: true, colorbar: bar };
     const isMap = trace.type === "heatmap";
-    const told = isMap ? { ...trace, ...shown } : { ...trace, marker: { ...trace.marker, ...(y === null ? {} : shown) } };
+    const withBar = isMap ? { ...trace, ...shown } : { ...trace, marker: { ...trace.marker, ...(y === null ? {} : shown) } };
     const { margin, width, ...rest } = structuredClone(sheet);
     for (const axis of [rest.xaxis, rest.yaxis]) {
       Object.assign(axis, { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis });
     }
     const room = y === null ? 0 : BAR + (words ? LETTER * Math.max(0, ...words.map(({ text }) => text.length)) : 0);
     return {
-      data: [told],
+      data: [withBar],
       layout: {
         ...rest, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff", font: { ...rest.font, color: LIGHT.ink },
         width: width + room, margin: { ...margin, r: margin.r + room, t: margin.t + TITLE },

@@ -52,7 +52,7 @@ export class Sweep {
     this.#key = keyOf(view);
     this.isRunning = true;
     this.request = sweepRequest(view, from);
-    this.#tell("Sweeping up…");
+    this.#report("Sweeping up…");
     const onError = (sentence, again) => failed.announce(
       { kind: "sweep", sentence, again: again ? () => this.start(from) : null });
     failed.announce({ kind: "sweep", sentence: null });
@@ -99,15 +99,15 @@ export class Sweep {
     const size = y.length > ARROW.few ? ARROW.small : ARROW.size;
     this.runs[run].push(...y.map((value) => ({ x, y: value, size })));
     const vary = this.#session.quantity(this.#session.view.vary);
-    this.#tell(`Sweeping ${run}: ${vary.label ?? vary.name} = ${withUnit(vary, x)}…`);
+    this.#report(`Sweeping ${run}: ${vary.label ?? vary.name} = ${withUnit(vary, x)}…`);
   }
 
   #rest(words) {
     this.isRunning = false;
-    this.#tell(words);
+    this.#report(words);
   }
 
-  #tell(words) {
+  #report(words) {
     this.words = words;
     this.changed.announce();
   }

@@ -117,8 +117,8 @@ function sentence({ diagram }, point) {
 
 const SEEN = "slipfold-tour-seen";
 
-/** Name of the model that the tour is about. */
-export const TOLD_OF = "sliding";
+/** Name of the model that the tour shows. */
+export const TOUR_MODEL = "sliding";
 
 /** Whether this reader has not been here before. */
 export function isFirstVisit() {
@@ -150,7 +150,7 @@ export class Tour {
     element("div", { class: "actions" }, this.#count,
       button("Skip the tour", () => this.end(), { class: "quiet" }), this.#back, this.#next));
     this.node.addEventListener("keydown", (event) => event.key === "Escape" && this.end());
-    session.diagramArrived.subscribe(() => this.#tell());
+    session.diagramArrived.subscribe(() => this.#showText());
     // An undo that comes back to what the reader had before has left the tour.
     session.store.changed.subscribe(({ view }) => this.#step >= 0 && view === this.#before && this.end());
   }
@@ -171,7 +171,7 @@ export class Tour {
     localStorage.setItem(SEEN, "yes");
     this.node.hidden = true;
     this.#step = -1;
-    this.#mark(null);
+    this.#highlight(null);
   }
 
   #go(step) {
@@ -179,7 +179,7 @@ export class Tour {
       this.end();
       return;
     }
-    const model = this.#session.models.find(({ name }) => name === TOLD_OF);
+    const model = this.#session.models.find(({ name }) => name === TOUR_MODEL);
     const { title, at, view, act } = STEPS[step];
     this.#step = step;
     this.#title.textContent = title;
@@ -190,17 +190,17 @@ export class Tour {
     // The steps are the tour's, not the reader's: there is nothing to undo between them.
     if (view) this.#session.store.amend({ ...view(model), plane: this.#session.view.plane ?? model.plane });
     act?.(this.#parts);
-    this.#tell();
-    this.#mark(document.querySelector(at));
+    this.#showText();
+    this.#highlight(document.querySelector(at));
   }
 
-  #tell() {
+  #showText() {
     if (this.#step >= 0) this.#text.textContent = STEPS[this.#step].text(this.#session);
   }
 
-  #mark(target) {
-    document.querySelectorAll(".told").forEach((node) => node.classList.remove("told"));
-    target?.classList.add("told");
+  #highlight(target) {
+    document.querySelectorAll(".highlighted").forEach((node) => node.classList.remove("highlighted"));
+    target?.classList.add("highlighted");
     target?.scrollIntoView({ block: "nearest" });
   }
 }

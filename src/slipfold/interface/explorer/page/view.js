@@ -252,7 +252,7 @@ function same(a, b) {
 
 const KEYS = ["model", "vary", "span", "show", "of", "at", "also", "zoom", "plane", "pin", "text"];
 const MOST_PINS = 12;
-const MOST_TOLD = 4;
+const MOST_FAULTS = 4;
 
 /**
  * Read a view; what cannot be read is left at the default.
@@ -274,8 +274,8 @@ export function readAddress(text, models) {
 
 function sentenceOf(faults) {
   if (faults.length === 0) return null;
-  const more = faults.length > MOST_TOLD ? "; and more" : "";
-  return `Not all of this link could be read: ${faults.slice(0, MOST_TOLD).join("; ")}${more}. The model's own values are used instead.`;
+  const more = faults.length > MOST_FAULTS ? "; and more" : "";
+  return `Not all of this link could be read: ${faults.slice(0, MOST_FAULTS).join("; ")}${more}. The model's own values are used instead.`;
 }
 
 class AddressReader {

@@ -17,7 +17,7 @@ const AXES = ["x", "y"];
  * @property {number[]} t
  * @property {number[][]} slip by direction
  * @property {number[][]} friction by direction
- * @property {number[][]|null} displacement by direction; null where the equations do not tell
+ * @property {number[][]|null} displacement by direction; null where the equations have none
  * @typedef {{name: string, plate: number[], units: string[], pieces: Piece[]}} Contact
  *   units of displacement, slip and force
  * @typedef {{contacts: Contact[], isForced: boolean}} Shown

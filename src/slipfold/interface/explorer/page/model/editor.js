@@ -179,16 +179,16 @@ export class ModelEditor {
     const text = this.#text.value;
     const isSameText = !isFile && !this.#isChanged && this.#fault.hidden;
     if (isSameText && !this.#session.model.files) {
-      this.#tell("Nothing was changed.");
+      this.#showState("Nothing was changed.");
       return;
     }
     const { session, view, model: before } = { session: this.#session, view: this.#session.view, model: this.#session.model };
-    this.#tell("Building the model…");
+    this.#showState("Building the model…");
     this.#apply.disabled = true;
     try {
       const model = await written(session.models, text, this.#fileName);
       if (isSameText && model.files === before.files) {
-        this.#tell("Nothing was changed.");
+        this.#showState("Nothing was changed.");
         return;
       }
       this.#adopt(model);
@@ -197,7 +197,7 @@ export class ModelEditor {
       if (address !== undefined && isFile) this.#show(readAddress(`model=${encodeURIComponent(model.name)}&${address}`, session.models));
       else session.store.commit(isSame ? carriedOver(view, before, model) : initialView(model));
       await this.#ask(model);
-      this.#tell("Applied.");
+      this.#showState("Applied.");
     } catch (error) {
       this.#refuse(error.message);
     } finally {
@@ -224,7 +224,7 @@ export class ModelEditor {
       if (model !== this.#session.model) return;
       this.#fileName = null;
       this.#adopt(model, answer.text);
-      this.#tell("");
+      this.#showState("");
     } catch (error) {
       this.#refuse(error.message);
     }
@@ -249,7 +249,7 @@ export class ModelEditor {
     const { text } = await this.#ask(this.#session.model);
     this.#text.value = text;
     this.#changed();
-    if (text === before && !this.#session.model.files) this.#tell("The file has not changed.");
+    if (text === before && !this.#session.model.files) this.#showState("The file has not changed.");
     else await this.apply();
   }
 
@@ -267,7 +267,7 @@ export class ModelEditor {
   #changed() {
     this.#accuse(null);
     this.#number();
-    if (this.#isChanged) this.#tell("Changed, not applied.");
+    if (this.#isChanged) this.#showState("Changed, not applied.");
   }
 
   /** Number the lines; that with a mistake is marked. */
@@ -279,7 +279,7 @@ export class ModelEditor {
   }
 
   #refuse(sentence) {
-    this.#tell("");
+    this.#showState("");
     this.#accuse(sentence);
     const place = /line (\d+), column (\d+)/.exec(sentence);
     if (!place) return;
@@ -297,7 +297,7 @@ export class ModelEditor {
       ...(excerpt.length ? [element("pre", { tabindex: "0" }, excerpt.join("\n"))] : []));
   }
 
-  #tell(state) {
+  #showState(state) {
     this.#state.textContent = state;
   }
 
@@ -325,7 +325,7 @@ export class ModelEditor {
     const text = this.#isChanged ? this.#text.value : saved(view, model, this.#text.value);
     const name = (model.base ?? model.name).replace(/[^\w.-]+/g, "-");
     download(new Blob([text], { type: "application/toml" }), this.#fileName ?? `${name}.toml`);
-    this.#tell(this.#isChanged ? "Saved as it stands, without the view." : "Saved with the view.");
+    this.#showState(this.#isChanged ? "Saved as it stands, without the view." : "Saved with the view.");
   }
 
   #key(event) {
