@@ -247,8 +247,8 @@ def test_a_motion_that_settled_is_followed(context, tmp_path):
 
 def test_where_nothing_bifurcates_a_parameter_is_offered_over_which_something_does(explorer):
     page = explorer.open("model=duffing&vary=d&span=0.04~0.06").page
-    offer = page.get_by_text("something bifurcates")
-    expect(offer).to_contain_text(re.compile(r"Over . something bifurcates \(LP at [\d.]+"))
+    offer = page.get_by_text("the response has a bifurcation")
+    expect(offer).to_contain_text(re.compile(r"Over . the .+ \(LP at [\d.]+"))
     assert explorer.specials() == []
     with explorer.redrawn():
         page.get_by_role("button", name="Show", exact=True).click()

@@ -63,8 +63,8 @@ Quantity = Annotated[
 Out = Annotated[
     str | None,
     Option(
-        "Figure to write: .png, .pdf or .svg; by default RESULT.png. Of a response also .csv: what "
-        "is drawn, at all points.",
+        "Figure to write: .png, .pdf or .svg; by default RESULT.png. A response can also be "
+        "written as .csv, with all its points.",
         metavar="FILE",
     ),
 ]
@@ -96,7 +96,7 @@ def plot(
     saved = load(result)
     if form == "csv":
         if not isinstance(saved, Diagram):
-            raise InputError(f"{path} is for the curves of a response; give .png, .pdf or .svg")
+            raise InputError(f"{path} can hold only a response; give .png, .pdf or .svg")
         write_file(path, _rows(saved, output, measure or "max").encode())
         note(f"wrote {path}")
         return
@@ -126,7 +126,7 @@ def plot(
 
 
 def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
-    """Return what a figure of a response draws, comma-separated: a row a point or special point."""
+    """Return the points that a figure of a response draws as CSV, a row each."""
     from slipfold.lines import STUCK, is_level, level_unit, measured_along, measured_at, parts_of
     from slipfold.models.levels import unit_of
     from slipfold.results.tables import Frame

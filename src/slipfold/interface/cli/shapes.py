@@ -54,10 +54,10 @@ def shapes(
     path = Path(out)
     form = path.suffix.lower().lstrip(".")
     if form not in ("vtk", *FORMATS):
-        raise InputError(f"{path} has no ending of shapes; give .vtk, .png, .pdf or .svg")
+        raise InputError(f"shapes cannot be written to {path}; give .vtk, .png, .pdf or .svg")
     check_writable(path)
     if not isinstance(model, Structure):
-        raise InputError(f"{model.name} is no structure, so it has no mesh; give one of matrices")
+        raise InputError(f"{model.name} has no mesh; give a structure of matrices")
     named = dict(text.partition("=")[::2] for text in directions or ())
     found = model.shapes(
         Mesh.read(mesh, elements, named or None), modes=max(modes, mode), axis=axis

@@ -155,7 +155,7 @@ class Answering:
         if request.format == "toml":
             return toml_text(model, view, self._catalogue.file(model)).encode()
         if isinstance(view, SweepRequest) and request.format != "python":
-            raise InputError("a sweep is no file; copy it as Python")
+            raise InputError("a sweep cannot be saved as a file; copy it as Python")
         result: Result
         orbit: PeriodicOrbit | None = None
         if isinstance(view, OrbitRequest):

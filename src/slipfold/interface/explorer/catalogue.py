@@ -22,7 +22,7 @@ from slipfold.models.registry import built_in_models, model_of_text
 from slipfold.models.units import units_of, wanted_text
 
 NAMED = re.compile(r"""["']([^"'\n]{1,255})["']""")
-"""What may be the name of a file in a text."""
+"""Quoted text, which may be the name of a file."""
 
 
 class Catalogue:
@@ -123,7 +123,7 @@ class Catalogue:
 
 
 def files_of(text: str, folder: Path | None) -> str:
-    """Return a word for the state of the files in a folder that a text names; empty without any.
+    """Return a digest of the state of the files in a folder that a text names; empty without any.
 
     It changes when one of them does.
     """

@@ -137,7 +137,7 @@ def _end(end: End, span: tuple[float, float], branch: Branch | None) -> dict[str
 
 
 def _beyond(branch: Branch) -> dict[str, Any] | None:
-    """Return where a solution starts that shows what there is beyond the end of a branch.
+    """Return where a solution starts that shows what lies beyond the end of a branch.
 
     None where its last two points do not determine where that is.
     """

@@ -205,11 +205,11 @@ EXTREMES = {
     "peak_to_peak": "np.ptp(output)",
     "modulus": "abs(output).max()",
 }
-"""Expressions of what a sweep shows of an output."""
+"""Python expressions for the statistics of an output that a sweep shows."""
 
 
 def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
-    """Return what follows the same motions; states are the same to all digits."""
+    """Return the Python that follows the same motions; states agree in all digits."""
     begin, span = view.begin, f"{min(view.span)!r}, {max(view.span)!r}, {view.points}"
     if begin is None:
         ways = [f"np.linspace({span})" + ("" if run == "up" else "[::-1]") for run in view.runs]
@@ -319,7 +319,7 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
             "no command computes a single orbit from a case file; copy it as Python instead"
         )
     if isinstance(view, SweepRequest):
-        raise InputError("no command follows a motion as the page does; copy it as Python instead")
+        raise InputError("no command computes a sweep of the page; copy it as Python instead")
     command = _command(model, view)
     if is_built_in(model) or not isinstance(model, System | Structure):
         return f"# {command}\n{case_text(model, changed_values(model))}"

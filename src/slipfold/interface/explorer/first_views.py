@@ -38,13 +38,14 @@ class ScreenSettings:
     # Spans that are tried, over the distance of a slider's ends from the value
     widths: tuple[float, ...] = (1.0, 3.0)
     seconds: float = 1.0  # the page waits for it
-    # Seconds of a processor for responses of a forced model, of all and of one: it is an offer
+    # Processor seconds for responses of a forced model, of all and of one: nobody waits for them
     forced: float = 2.0
     one: float = 0.7
     # Real part of an eigenvalue, over the largest modulus, that counts as positive
     positive: float = 1e-9
     halvings: int = 20  # of the way to a value that the model does not allow
-    # Of a forcing that moves a dry contact: less may leave it stuck, and then no orbit stands alone
+    # Fraction of a declared forcing at which a span begins: less may leave a dry contact stuck, and
+    # then no orbit is isolated
     moving: float = 0.5
 
 

@@ -136,7 +136,7 @@ class DiagramRequest(_ShownRequest):
 
 
 class ScreenRequest(_VaryRequest):
-    """A parameter over which the response has a bifurcation, where over this one it has none."""
+    """A search for a parameter over which the response has a bifurcation."""
 
     seconds: ClassVar[float] = 20.0
 
@@ -314,7 +314,7 @@ ViewRequest = Annotated[_View, Discriminator("kind")]
 """A request that is answered with something to look at."""
 
 KINDS = tuple(get_args(item.model_fields["kind"].annotation)[0] for item in get_args(_View))
-"""Kinds of requests for something to look at."""
+"""Kinds of requests that can be canceled."""
 
 
 class CancelRequest(_Request):

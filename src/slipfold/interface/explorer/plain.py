@@ -70,7 +70,7 @@ def plain_text(formula: str) -> str:
 
 
 SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$(?: (\w+))?")
-"""A symbol in mathtext, what stands below it, and the part of a structure that it belongs to."""
+"""A symbol in mathtext, its subscript, and the part of a structure that it belongs to."""
 
 NUMBERED = re.compile(rf"([A-Za-z]|{SMALL.replace(' ', '|')})([0-9]*)")
 """A name that reads as a symbol: one letter, and perhaps a number."""

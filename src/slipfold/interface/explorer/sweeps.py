@@ -39,8 +39,8 @@ SAME = 1e-5
 def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) -> None:
     """Follow a motion up the span, then down; send each value when it is known.
 
-    A run ends where the motion meets a limit of the model. The one down begins from the last state
-    before, or both from one motion.
+    A run ends where the motion meets a limit of the model. The run down begins from the last
+    state of the run up, or both begin from one motion.
     """
     axis_of(model, request.show)  # before what takes time
     start = state = initial_state(model, start_of(model, request))
@@ -80,7 +80,7 @@ def values_of_runs(model: Model, request: SweepRequest) -> dict[str, NDArray[np.
 
 
 def swept_model(model: Model, request: SweepRequest) -> Model:
-    """Return the model, if nothing forces it with an interval that suits where a sweep begins."""
+    """Return the model; if autonomous, with the interval that suits where a sweep begins."""
     if model.forced:
         return model
     first = min(request.span) if request.begin is None else request.begin

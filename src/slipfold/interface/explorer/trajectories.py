@@ -165,9 +165,9 @@ def send_simulation(
 
 
 def _advised(trajectory: Trajectory) -> int | None:
-    """Return how many periods to go on for: those that its verdict names, else ten times as many.
+    """Return how many periods to add: those that its verdict names, else ten times as many.
 
-    None where a request may not be so long.
+    None if requests may not be so long.
     """
     more = trajectory.settlement.more
     if more is None:

@@ -354,7 +354,7 @@ class Workers:
             )
             if self._count > 1:
                 return others[0] if others and slow < self._count - 1 else None
-        # It knows the branches of an orbit, which another would have to follow.
+        # This worker knows the branches of the orbit; another would have to follow them.
         follows = home.job is not None and isinstance(home.job.request, DiagramRequest)
         if home.idle or home.dropping or (follows and isinstance(job.request, OrbitRequest)):
             return home if home.idle else None

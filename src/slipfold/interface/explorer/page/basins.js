@@ -108,9 +108,9 @@ function ends(values) {
 /** How far starts lie from zero, in sizes of the orbit that is shown. */
 const REACHES = ["1", "2", "4", "8"];
 
-/** Milliseconds after which it is said why there is no picture yet. */
+/** Milliseconds after which the panel says why there is no picture yet. */
 const PATIENCE = 10_000;
-const SLOW = " Motions that never repeat are followed until their exponents are known, for seconds each. Stop, and judge one of them by \"Torus or chaos?\", or choose values at which motions repeat.";
+const SLOW = " Motions that never repeat take seconds each, until their Lyapunov exponents are known. Stop, and classify one of them with \"Torus or chaos?\", or choose values at which motions repeat.";
 
 export class BasinsPanel {
   /** The element to put on the page. */
@@ -201,7 +201,7 @@ export class BasinsPanel {
       this.#working(`${far[0]} of ${far[1]} starts have settled…`);
       return;
     }
-    this.#timely();
+    this.#stopTimer();
     this.#plot.show(picture);
     const uncertain = picture.uncertain.flat();
     const share = uncertain.filter(Boolean).length / uncertain.length;
@@ -234,14 +234,14 @@ export class BasinsPanel {
     this.#stop.hidden = false;
   }
 
-  /** Nothing is to be explained: a picture is there, or none is awaited. */
-  #timely() {
+  /** Stop the timer of the explanation: a picture is there, or none is awaited. */
+  #stopTimer() {
     clearTimeout(this.#timer);
     this.#advice = "";
   }
 
   #rest(text) {
-    this.#timely();
+    this.#stopTimer();
     this.#words.textContent = text;
     this.#stop.hidden = true;
   }

@@ -158,7 +158,7 @@ export class Requests {
     const sent = line?.sent;
     if (!sent || message.id !== sent.id) return;
     if ("error" in message || message.done) line.sent = null;
-    // What is drawn is enough where the slider has moved on: the rest would keep the newest waiting.
+    // Once the slider has moved on, the drawn part is enough: the newest request does not wait for the rest.
     if (message.draft || message.more) sent.isDrawn = true;
     if (line.waiting && (line.sent === null || sent.isDrawn)) this.#send(line);
     if ("error" in message) sent.receiver.onError(message.error, Boolean(message.again));

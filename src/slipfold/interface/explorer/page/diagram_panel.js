@@ -178,7 +178,7 @@ export class SpecialPoints {
     this.#session = session;
     this.node.append(this.#list, this.#ends, this.#checked.node);
     session.diagramArrived.subscribe(({ answer }) => this.#show(answer));
-    // Those of another model do not stand beside the name of this one.
+    // Special points of another model are not shown beside the name of this one.
     session.store.changed.subscribe(({ view, before }) => this.node.classList.toggle(
       "absent", (view.model !== before.model || this.node.classList.contains("absent")) && !session.diagram));
     for (const signal of [session.diagramArrived, session.failed]) {
@@ -244,7 +244,7 @@ export class Elsewhere {
   #session;
   #asked = new Set();
 
-  /** Where nothing bifurcates in the first diagram of a forced model, look for a parameter over which something does. */
+  /** If the first diagram of a forced model has no bifurcation, look for a parameter over which there is one. */
   constructor(session) {
     this.#session = session;
     session.diagramArrived.subscribe(({ answer }) => answer.done && this.#consider(answer));
@@ -266,7 +266,7 @@ export class Elsewhere {
     const show = () => this.#session.store.commit(withVaried(this.#session.view, vary, span));
     this.node.hidden = false;
     this.node.replaceChildren(
-      element("span", {}, `Over ${quantity.label ?? vary} something bifurcates (${type} at ${withUnit(quantity, Number(value.toPrecision(4)))}).`),
+      element("span", {}, `Over ${quantity.label ?? vary} the response has a bifurcation (${type} at ${withUnit(quantity, Number(value.toPrecision(4)))}).`),
       element("button", { type: "button", class: "small-button", on: { click: show } }, "Show"));
   }
 
@@ -279,7 +279,7 @@ export class Elsewhere {
   }
 }
 
-/** What the offer belongs to: all but the value of what is varied. */
+/** What an offer depends on: everything but the value of the varied parameter. */
 function systemOf(view) {
   const { model, vary, parameters } = diagramRequest(view);
   return JSON.stringify([model, vary, parameters]);

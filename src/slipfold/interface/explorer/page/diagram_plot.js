@@ -229,7 +229,7 @@ export class DiagramPlot {
     this.#draft.hidden = isSettled || !diagram?.draft;
   }
 
-  /** Draw a simulation and a sweep; plotly is asked only where they need another range. */
+  /** Draw a simulation and a sweep; plotly draws again only where they need another range. */
   #drawMotions() {
     if (!this.#drawn) return;
     const { diagram, map } = this.#drawn;
@@ -376,7 +376,7 @@ export class DiagramPlot {
   }
 }
 
-/** What tells a place from others. */
+/** What distinguishes a place from others. */
 function keyOf({ branch, arclength }) {
   return `${branch} ${arclength}`;
 }

@@ -122,9 +122,9 @@ function rowsOf({ measurements }) {
 }
 
 export class MeasurementsControl {
-  /** What takes a file. */
+  /** The button that opens a file. */
   node;
-  /** What is drawn of it, or a way to it. */
+  /** The legend of what is drawn of the file, or a button that shows it. */
   legend = element("span", { class: "measurements" });
   #session;
   #measurements;

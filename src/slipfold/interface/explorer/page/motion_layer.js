@@ -1,10 +1,10 @@
-/** Motions above the curves of a diagram: the periods of a simulation, the places of a sweep. A few paths, however many places there are, so that plotly need not draw again. */
+/** Motions above the curves of a diagram: the periods of a simulation, the places of a sweep. All places are in a few paths, so that plotly need not draw again. */
 
 import { set, svg } from "./dom.js";
 
 const RUNS = ["up", "down"];
 
-/** Dots of a simulation that are all drawn, one a forcing period; more are thinned out to so few. */
+/** Dots of a simulation, one a forcing period: up to `all` of them are drawn, and `few` of more. */
 const DOTS = { all: 600, few: 150 };
 
 /** Steps in which dots become more opaque towards the last one, and the opacity of the first and the last. */

@@ -65,7 +65,7 @@ function drawOverTime(plot, { answer, quantity, isForced }, names, values) {
   const time = answer.t.map((t) => ((t - answer.t[0]) / (duration || 1)) * plot.length);
   const units = new Set(names.map((name) => display(quantity(name) ?? {}).unit));
   const [unit] = units;
-  // On one axis only shapes of quantities with different units can be compared.
+  // Quantities with different units share an axis only as fractions of their largest values.
   const sizeOf = (name) => (units.size === 1 ? 1 : Math.max(...values[name].map(Math.abs)) || 1);
   plot.draw({
     x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, plot.length] },

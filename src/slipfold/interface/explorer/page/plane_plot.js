@@ -336,7 +336,7 @@ const KEY_STEPS = 100;
 /** Pixels within which the pointer is on a point or a line. */
 const REACH = 7;
 
-/** Pixels that the pointer may move between press and release where that is a click and no drag. */
+/** Pixels that the pointer may move between press and release in a click; more is a drag. */
 const CLICK = 4;
 
 /** What the ring moves by when it is dragged, over the window. */

@@ -57,7 +57,7 @@ export class Simulation {
     return { start, perturbation };
   }
 
-  /** The motion and its value, if one has come to its end where it was begun. */
+  /** The last state and the parameter's value of a simulation that has ended, null of others. */
   get shown() {
     const { isRunning, last, view, x } = this.state;
     return isRunning || !last || view.vary !== this.#session.view.vary ? null : { value: x, state: last };

@@ -131,7 +131,7 @@ export class SmallPlot {
     for (const [i, label] of labelsOf(across).entries()) {
       const value = across[i];
       grid.push(`M${x(value).toFixed(1)} ${top}V${bottom}`);
-      // At an edge it would be cut, or lie on the lowest number of the ordinate.
+      // Centered at an edge, a label would be cut, or overlap the lowest number of the ordinate.
       const half = (label.length * DIGIT) / 2;
       const place = Math.min(Math.max(x(value), left + half - EDGE), right + MARGIN.right - half);
       text(label, { x: place, y: bottom + 13, "text-anchor": "middle" });

@@ -113,11 +113,11 @@ function cell(value) {
 const REACH = 14;
 const DOT = 9;
 
-/** Pixels between a case and what is said of it, and letters of a line of that. */
+/** Pixels between a case and its tooltip, and letters of a line of that. */
 const AWAY = 6;
 const TIP = 48;
 
-/** Pixels that a file has besides for what explains its colors, for each letter of a word there, and for a title. */
+/** Pixels that a file has besides for its color bar, for each letter of a word there, and for a title. */
 const BAR = 90;
 const LETTER = 7;
 const TITLE = 26;

@@ -19,7 +19,7 @@ export class Sweep {
   runs = nothing();
   isRunning = false;
   words = "";
-  /** What was followed last. */
+  /** The request for the last sweep. */
   request = null;
   #session;
   #key = "";
@@ -42,7 +42,7 @@ export class Sweep {
   }
 
   /**
-   * Follow the motion of the model's start up, then down; or another one both ways from where it is.
+   * Follow the motion of the model's start up, then down; or another one both ways from its own value.
    * @param {import("./view.js").Start|null} from
    */
   start(from = null) {
@@ -147,8 +147,8 @@ export class SweepControl {
     this.#here = button("Sweep from this motion", () => {
       const from = motionShown();
       if (from) sweep.start(from);
-      else say("There is no motion to sweep from yet.");
-    }, { title: "Follow the motion that is shown, of the simulation or else the orbit, up and down from where it is" });
+      else say("There is no motion to sweep from yet; wait for the orbit, or simulate.");
+    }, { title: "Follow the motion of the simulation, or else the orbit, up and down from its own value" });
     this.#copied = button("Copy the sweep as Python", () => this.#copy(dialog, say), { class: "quiet" });
     this.#stop = button("Stop the sweep", () => sweep.stop(), { class: "quiet" });
     this.#clear = button("Clear the sweep", () => sweep.clear(), { class: "quiet" });
