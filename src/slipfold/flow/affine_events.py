@@ -67,10 +67,10 @@ ORDERS = np.arange(4)
 
 
 def _two_point(count: int) -> Array:
-    """Return what makes Bernstein coefficients of so many derivatives at both ends, (2 c + 1, 2 c).
+    """Return the matrix from c derivatives at both ends to Bernstein coefficients, (2 c + 1, 2 c).
 
-    The polynomial that has these derivatives is written as one of a degree more: what it differs
-    by from the function changes the coefficient in the middle alone.
+    The polynomial with these derivatives is written in one degree more: its difference from the
+    function then changes the coefficient in the middle alone.
     """
     degree = 2 * count - 1
     own = np.zeros((2 * count, 2 * count))
@@ -117,7 +117,7 @@ class AffineEvents:
         self._falls = falls
         places = {Ending.STOPS: 0, Ending.LIMIT: 2 * contacts}
         self._weights = [event.which + places.get(event.ending, contacts) for event in events]
-        # What belongs to some constants, and to scales of the events: a limit may be left out
+        # Computed for these constants and scales of events, among which a limit may be missing
         none: tuple[Constants | None, bytes, Array, Harmonics | None] = None, b"", falls, None
         self._known = none
 
@@ -307,7 +307,7 @@ class _Watched:
     def _derivatives(self, phases: Array, free: Complex, visible: Mask | bool = True) -> Array:
         """Return the functions with derivatives, shape (c, p, q), from free motions.
 
-        Vibrations that are not visible change the values alone.
+        Vibrations that are not visible contribute to the values alone.
         """
         solutions, (by_free, parts) = self.solutions, self._parts
         shape = len(phases), *by_free.shape[1:]

@@ -485,7 +485,7 @@ class Evaluated:
     ) -> Array:
         """Evaluate a function of many states; constants in rows serve as many states each."""
         (m, n), count = states.shape, c.values.shape[-1]
-        # Rows are written where they are read: of many states, copies take most of the time.
+        # Rows are written in place: with many states, copies would take most of the time.
         inputs = np.empty((n + 1 + count + (0 if more is None else more.shape[1]), m))
         inputs[:n] = states.T
         inputs[n] = phases

@@ -25,7 +25,7 @@ Number = TypeVar("Number", bound=np.inexact)
 
 @dataclass(frozen=True)
 class ModalRounding:
-    """What is rounding of modes and meshes."""
+    """Bounds of rounding in modes and meshes."""
 
     grid: float = 2.0**-50  # difference of lengths of intervals, in forcing periods
     same: float = 1e-9  # of rows of modes that a symmetry maps onto each other, over the largest
@@ -89,9 +89,9 @@ class ModalEquations:
         return result
 
     def order(self, turn: Array) -> tuple[Indices, Indices] | None:
-        """Return which motion each becomes by a symmetry, and from which force each comes.
+        """Return the motion to which a symmetry maps each, and the force that it maps to each.
 
-        None where it maps them onto no others. Shapes: turn (r, r); returns (n_y,), (n_f,).
+        None if it maps them to no others. Shapes: turn (r, r); returns (n_y,), (n_f,).
         """
         motions = _places(self.rows @ np.kron(np.eye(2), turn), self.rows)
         forces = _places((turn @ self.inputs).T, self.inputs.T)
@@ -202,7 +202,7 @@ class ForcedIntervals:
         return propagate(self._free, states)
 
     def steps(self, count: int) -> Iterator[tuple[Some, Some]]:
-        """Yield what propagates the states of so many groups of intervals without forces."""
+        """Yield what propagates states without forces, for `count` groups of intervals."""
         own, other = (part.reshape(count, -1, *part.shape[1:]) for part in self._free)
         return zip(own, other, strict=True)
 

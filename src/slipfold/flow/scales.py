@@ -39,7 +39,7 @@ class ScaleSettings:
     # Mean of rates, over the largest of the period, that is none: the sum of a harmonic force
     unbalanced: float = 1e-15
     # Ratio of the size at one of several values of a parameter to that at the first, above which
-    # the first does not serve: orbits of a thousand sizes take ten times as many steps
+    # their geometric mean is taken: a branch of a thousand sizes takes ten times as many steps
     apart: float = 64.0
 
 
@@ -231,10 +231,10 @@ def measured(
 
 
 def _typical(sizes: Sequence[Array]) -> Array:
-    """Return the first known sizes of several; if some are by far too small, geometric means.
+    """Return the first known sizes, or their geometric means with the largest ones.
 
-    Friction bends at the speed of the plate: those of the first value alone may be a plate's that
-    hardly moves.
+    The means are taken where some first size is many times smaller than the largest. Friction
+    bends at the speed of the plate, and at the first value the plate may hardly move.
     """
     first = sizes[0]
     for other in sizes[1:]:

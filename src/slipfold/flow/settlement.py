@@ -84,7 +84,7 @@ class Settlement:
     revolutions
         Full revolutions of each angle in that response, by name; empty if not settled.
     more
-        Forcing periods, of an autonomous model seconds, that are still needed; None if not known.
+        Time that is still needed, in forcing periods (autonomous: in seconds); None if unknown.
     """
 
     settled: bool

@@ -30,5 +30,5 @@ class ModalForm:
     rows: Array  # C, shape (n_y, 2 r)
     forces: tuple[Expression, ...]  # f in motions, coefficients and phase, length n_f
     inputs: Array  # B, shape (r, n_f)
-    # That x(t + 1/m) = R x(t) for the response and its modes, in forcing periods: m and R, (r, r)
+    # Spatio-temporal symmetry x(t + 1/m) = R x(t) of modes, t in forcing periods: m and R, (r, r)
     symmetry: tuple[int, Array] | None = None

@@ -230,8 +230,8 @@ class Model(ABC):
     def advice(self) -> str:
         """Why a motion may not be found, and the way out, as a clause; empty if not known.
 
-        Jacobians at any eight states tell whether states can be displaced together without effect,
-        or a sum of states never changes. Then no equilibrium and no orbit is isolated.
+        Jacobians at eight states show whether states can be displaced together without effect, or
+        whether a sum of states never changes. Then no equilibrium and no orbit is isolated.
         """
         around = np.random.default_rng(0).uniform(0.5, 1.5, (8, len(self.states)))
         jacobians = evaluation_of(self).linear(self, around, np.linspace(0, 1, len(around)))[1]
@@ -247,12 +247,12 @@ class Model(ABC):
         if kept:
             return (
                 f"{kept} never changes, so that no equilibrium or orbit is isolated; eliminate one "
-                "of these states by it, with its value as a parameter"
+                "of these states, and make the value of this sum a parameter"
             )
         return ""
 
     def _named_null_vector(self, rows: Array) -> str:
-        """Return the only combination of states that no row sees, in words; empty if none.
+        """Return the only combination of states to which all rows are orthogonal; empty if none.
 
         Shapes: rows (r, n).
         """

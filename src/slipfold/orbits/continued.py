@@ -79,7 +79,8 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
     """Return the orbit near another on which friction only just holds contacts that stop.
 
     An orbit that is its own symmetric image has several such stops at once. It may be neutral to
-    what parts them, so that only all conditions together locate it. None if there is none.
+    perturbations that separate them, so that only all conditions together locate it. None if there
+    is none.
     """
     by = orbits.by
     assert isinstance(by, SwitchedShooting)

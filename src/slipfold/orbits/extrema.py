@@ -42,18 +42,19 @@ def revolutions_of_segments(
 class ExtremaSearch:
     """The search for extrema between samples."""
 
-    # Of a forcing period: most extrema are then those of polynomials through samples
+    # Samples of a forcing period: most extrema are then those of polynomials through them
     samples: int = 192
     zoom: int = 16  # samples of each closer look
     zooms: int = 2  # closer looks: the second resolves 1e-3 of a forcing period
     max_zooms: int = 7  # where a trajectory turns sharply, as the speed of a relaxation
     neighbors: int = 3  # samples to either side that a polynomial goes through: 1e-13 in value
     bend: float = 1e-4  # fraction of the value by which these may exceed the minimum
-    # Sixth difference of these, over the value, below which the polynomial is as good as it was
-    # measured to be: with 1e-9 it is off by 5e-11 where friction is steep, with this by 6e-14
+    # Sixth difference of samples, over the largest, up to which the polynomial through them is
+    # taken: where friction is steep, its error is 5e-11 with 1e-9, and 6e-14 with this
     smooth: float = 1e-11
-    # Distance between parabolas through three samples, over the bend of these, within which either
-    # hump may be the higher one: they are off by a thousandth of it with 27 samples a hump
+    # Difference of two local minima, each of a parabola through three samples, over the second
+    # difference of these, within which either may be the lower one: with 27 samples from one
+    # minimum to the next, parabolas are off by a thousandth of it
     near: float = 0.01
     jump: float = 1 / 8  # change between samples, over the range, that may hide a peak
     periods: int = 256  # examined of a trajectory that has not converged
@@ -253,9 +254,9 @@ def _extrema_of_orbits(
 def _lowest(values: Array) -> Indices:
     """Return where minima and maxima are sought: sides, outputs, orbits and samples, (4, q).
 
-    Each has the sample that is lowest, or highest. Where it may lie on another hump, one has the
-    others as well whose parabolas come near that one. Shapes: values (n_orbits, n_samples,
-    n_outputs).
+    Each has its lowest, or highest, sample. Other local extrema follow where the parabolas through
+    them come near the lowest, so that each may be the global one. Shapes: values (n_orbits,
+    n_samples, n_outputs).
     """
     count, _, outputs = values.shape
     column, orbit = (index.ravel() for index in np.indices((outputs, count)))

@@ -33,7 +33,7 @@ class BalanceSettings:
     many: int = 12  # states from which only multipliers are computed that may become critical:
     decided: float = 0.1  # those of this modulus and more; each takes as long as the series
     sweeps: int = 8  # over the multipliers; from values right to 1e-8 the second changes nothing
-    shrinks: float = 0.1  # of a step over the last one: more tells of another center
+    shrinks: float = 0.1  # ratio of steps; with more, another center may be the right one
     certain: float = 1e-4  # step of a multiplier's logarithm at which its harmonics are the right
     together: float = 1e-4  # relative distance of multipliers that count as one: half the digits
     ring: float = 1e-2  # relative radius of a circle about those, and points on it: at one tenth
@@ -461,7 +461,7 @@ def _root_step(
             break
     at = min(steps, key=lambda center: abs(steps[center]))
     beside = [center for center in steps if center != known]
-    if at == known and abs(steps[at]) >= enough and beside:  # it stands still: another may be right
+    if at == known and abs(steps[at]) >= enough and beside:  # no progress: another may be right
         other = min(beside, key=lambda center: abs(steps[center]))
         at = other if abs(steps[other]) < BALANCE.certain / BALANCE.shrinks else at
     return steps[at], at

@@ -65,7 +65,7 @@ class MarginalEvent:
     size: float  # of the margin
     # The minimum of the margin over its size: slip in the plane has no direction at none at all
     level: float = 0.0
-    # Whether the orbit meets others like it, as one that is its own symmetric image
+    # Whether the orbit meets it several times, as one that is its own symmetric image does
     several: bool = False
 
 

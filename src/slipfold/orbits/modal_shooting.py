@@ -43,7 +43,7 @@ class ModalMesh:
     error: float = 1e-8  # of what forces do to scaled states
     slopes: float = 1e-6  # of what their slopes do, over their sum: they make multipliers
     near: float = 1e-8  # distance in modal states of an orbit that needs the same mesh
-    alike: float = 1e-9  # of scaled states from a symmetry that they have: what is left is linear
+    alike: float = 1e-9  # distance of scaled states from symmetric ones: first order suffices
     grid: float = 1e-13  # difference of lengths of intervals that are images
     slack: float = 10.0  # errors up to which a mesh serves
     spare: float = 1.15  # intervals over those that the error needs
@@ -67,8 +67,8 @@ class ModalShooting(MeshDiscretization, Shooting):
     motions at Gauss points, where modes answer the polynomials in closed form: fast modes need no
     short intervals, and the operations grow with modes and contacts, not with the states' square.
 
-    Of a wave that travels around a cyclic structure the first part of a period is solved: the other
-    `images` are the same but for a matrix.
+    Of a wave that travels around a cyclic structure only the first part of a period is solved: a
+    matrix maps it to the others, which are its `images`.
 
     `mesh`, shape (m L + 1,), has the edges of all intervals of the period.
     """
@@ -105,7 +105,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         return count if alike and self.equations.order(self._turn(count)) else 1
 
     def _turn(self, count: int) -> Array:
-        """Return what happens to modes in a part of a period, shape (r, r)."""
+        """Return the map of modal motions to those a part of a period later, shape (r, r)."""
         assert self.equations.symmetry is not None
         several, turn = self.equations.symmetry
         return np.linalg.matrix_power(turn, several // count)
@@ -246,10 +246,10 @@ class ModalShooting(MeshDiscretization, Shooting):
     # -- symmetry ------------------------------------------------------------------------------
 
     def _first_of(self, nodes: Array) -> tuple[Self, Array, Array] | None:
-        """Return the first of parts that are images, what makes them, and what nodes lack of it.
+        """Return the first part, the maps to its images, and the distance of nodes from these.
 
-        None of orbits without the symmetry, as beyond where they lose it. Shapes: nodes (m, n);
-        returns turns (images, n, n) and lack (m, n), of scaled states.
+        None of orbits without the symmetry, as beyond a symmetry-breaking bifurcation. Shapes:
+        nodes (m, n); returns maps (images, n, n) and distance (m, n), of scaled states.
         """
         if self.images == 1:
             return None
@@ -451,7 +451,7 @@ CHOICE = ModalChoice()
 
 
 def segments_for(model: Model) -> int:
-    """Return into how many segments orbits are cut, so that they may be images."""
+    """Return the number of segments of an orbit, such that they can be images of each other."""
     equations = modal_equations_of(model)
     if equations is None or equations.symmetry is None:
         return SEGMENTS

@@ -53,8 +53,8 @@ class PeriodicQr:
     separate: float = 1e-13  # turn of the basis below which subspaces are invariant
     double: float = 1e-5  # distance of two multipliers that may be one: their mean is known better
     large: float = 1e4  # multiplier beside which others lose digits in the product
-    # Ratio of the matrix from a cycle's node to the least from any, above which it begins at
-    # another: three digits are lost
+    # Norm of a cycle's matrix from its first node over the least from any node, above which it
+    # begins at another node: three digits are lost
     larger: float = 1e3
 
 
@@ -254,8 +254,8 @@ class CycleMultipliers(Multipliers):
     def better(self, part: Linearization | None) -> CycleMultipliers | None:
         """Return the same from another node, if its own matrix is much larger than the least.
 
-        The matrices from all nodes have the same eigenvalues, but rounding moves these by its part
-        of the norm, and that may differ by orders of magnitude. Of the nodes with enough digits
+        The matrices from all nodes have the same eigenvalues. Rounding moves these in proportion to
+        the norm, which may differ by orders of magnitude. Of the nodes with enough digits
         that with the largest matrix is taken: there the singular values that Newton's method brings
         to zero are nearest to determinants, and change the least from one orbit to another.
         """

@@ -54,7 +54,7 @@ class Measured:
     """One orbit or many of which an output is measured; of many, results have the shape (n,)."""
 
     def extrema_of(self, output: str) -> Extrema:
-        """Return minimum and maximum of one output, which is quicker than of all.
+        """Return minimum and maximum of one output, in less time than those of all.
 
         Parameters
         ----------
@@ -100,8 +100,8 @@ class Measured:
         Raises
         ------
         InputError
-            If there is no such output, for a reference in another unit, or if none is given for an
-            output without standard one.
+            If there is no such output, if the reference has another unit, or if none is given for
+            an output without a standard one.
         """
         raise NotImplementedError
 

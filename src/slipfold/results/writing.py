@@ -41,7 +41,7 @@ def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
                 f"{path} would be a netCDF file, which {suffix} does not stand for; give a name "
                 f"that ends with {', '.join(suffixes)}"
             )
-        # Permissions do not say all (read-only disks, quotas): only a trial does.
+        # Permissions are not enough (read-only disks, quotas): only a trial shows it.
         trial = _beside(target)
         os.close(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
         trial.unlink()

@@ -238,7 +238,7 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     outside = int(np.count_nonzero(np.abs(others) > 1))
 
     def reached(step: float) -> OrbitPoint | None:
-        """Return the orbit that far away, None if something may have happened before."""
+        """Return the orbit at this distance, None if a bifurcation may lie before it."""
         first = first_point(orbits, start, step, settings)
         if isinstance(first, Failure) or not 0 <= first.unstable - outside <= critical:
             return None

@@ -26,8 +26,8 @@ class StopRules:
     family: int = 150
     # Equilibria with one value of the parameter, none of them singular, after which they run away
     away: int = 10
-    # States of an orbit, in their scales, beyond which it runs away, as where nothing damps a
-    # resonance: multipliers come within 1e-5 of one, and branch points of rounding follow
+    # Largest state of an orbit, in its scale, beyond which the orbit runs away, as at an undamped
+    # resonance: multipliers come within 1e-5 of one, and rounding makes branch points
     far: float = 5e4
     # Change of the parameter, in spans, that counts as zero: special points are located more
     # exactly, so that all further ones would have the same value

@@ -74,7 +74,7 @@ class FoundGrazing(Found[OrbitPoint]):
     """A grazing extrapolated from orbits near it.
 
     The point of slip in the plane is the nearest of them, with the extrapolated unknown. Of several
-    grazings at once it is the last orbit before them: no trajectory passes them all by.
+    grazings at once it is the last orbit before them: no trajectory avoids them all.
     """
 
     place: Vanishing[OrbitPoint]
@@ -93,8 +93,7 @@ CAUGHT = (
 
 
 HOLDS_MORE = (
-    ", and static friction is more than kinetic, so that a contact which only just slips or stops "
-    "does so for long"
+    ", and static friction is more than kinetic, so that slip or stick that only just begins lasts"
 )
 
 
@@ -295,8 +294,8 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
 def _several_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
     """Return where orbits at the end of a piece graze several times at once, None if they do not.
 
-    Beyond one of them another motion follows, so no orbit is solved for that passes all of them by:
-    the place is extrapolated from orbits before it.
+    Beyond any of them another motion follows, so that no orbit avoids them all: the place is
+    extrapolated from orbits before it.
     """
     last = traced.points[-1]
     change = MarginalShooting.at(last.curve.orbits.by, *_at(last), "GRAZE")

@@ -161,7 +161,7 @@ class _LocusEndings(Endings[OrbitPoint]):
 
 
 def _is_unforced(curve: LocusEquations, point: OrbitPoint) -> bool:
-    """Whether the forcing has vanished, so that derivatives with the phase have no digits."""
+    """Whether the forcing has vanished, so that derivatives by the phase are rounding."""
     plane, amplitude = plane_of(curve.orbits), curve.orbits.model.forcing_amplitude
     return amplitude in plane and abs(point.z[plane.index(amplitude) - 2]) < UNFORCED
 

@@ -271,10 +271,10 @@ def _emanating_from(
 
 
 def _is_resolved(start: OrbitPoint, after: OrbitPoint) -> bool:
-    """Whether the change of parameters along the first step has digits.
+    """Whether the change of parameters along the first step is more than rounding.
 
-    They change with the square of the amplitude: the tangent is twice the slope of the chord. A
-    second computation finds the same change.
+    Parameters change with the square of the amplitude: the tangent has twice the slope of the
+    chord. A second computation finds the same change.
     """
     step = after.z - start.z
     change = float(np.linalg.norm(step[-2:]))

@@ -49,10 +49,10 @@ def _modes(assembly: Assembly) -> tuple[Array, Array, Array]:
 
 
 def _symmetry(assembly: Assembly, shapes: Array, into: Array) -> tuple[int, Array] | None:
-    """Return how modes of a cyclic structure follow each other in a part of a period.
+    """Return the spatio-temporal symmetry of the modes of a cyclic structure.
 
-    Sector j does what the one before did, later by k/N periods. None where a reduction has kept
-    one wave of a pair.
+    In a traveling wave each sector moves as the one before did k/N periods earlier. None if a
+    reduction has kept one wave of a pair.
     """
     cyclic, basis, mass = assembly.given.cyclic, assembly.basis, assembly.definition.M
     if cyclic is None or cyclic.repeating == 1:

@@ -117,7 +117,7 @@ def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratio
 
 
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
-    """Return the coefficient whose sign separates soft from hard. Shapes: monodromy (n, n)."""
+    """Return the coefficient whose sign decides the criticality. Shapes: monodromy (n, n)."""
     return _FORMS[kind](map_, monodromy)
 
 

@@ -21,8 +21,8 @@ class CheckSettings:
     # Of states that follow others at once, of multipliers on the unit circle, and of those from
     # differences of trajectories, whose step it is as well: the root of the rounding.
     coarse: float = 1e-6
-    # Sum of changes to either side, in scaled states, of which differences say nothing: curvatures
-    # that two steps can tell apart make a hundredth of it
+    # Sum of changes on both sides, in scaled states, above which differences are no derivatives:
+    # curvature that two steps resolve makes a hundredth of it
     aside: float = 0.01
     slopes: float = 1e-10  # defect of the change of a perturbation, which multipliers depend on
     forces: float = 1e-11  # violation of friction: events are met to 1e-14, slow slip ends at 1e-13

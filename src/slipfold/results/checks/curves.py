@@ -52,7 +52,7 @@ class Candidate(NamedTuple):
 def check_branches(
     branches: Sequence[Branch], observer: Observer | None = None, *, batched: bool = False
 ) -> Checked:
-    """Check special points, those that come first on each branch first, then ends.
+    """Check special points, the first one of each branch first, then ends.
 
     `batched` says that the branches were followed with those of other cases, for less work.
     """
@@ -107,7 +107,7 @@ def _check_curves(
     observer: Observer | None,
     work: float = 1.0,
 ) -> Checked:
-    """Check orbits of curves, of which each point took some work; none of interrupted ones."""
+    """Check orbits of curves whose points took some work each; none if one is interrupted."""
     if any(curve.interrupted for curve in curves):
         return Checked((), interrupted=True)
 
@@ -170,12 +170,12 @@ class _Checks:
         return len(self.done) + len(self._waiting)
 
     def add(self, candidate: Candidate, method: str, found: Difference) -> None:
-        """Note what was compared."""
+        """Record a comparison."""
         self.compare()
         self.done.append(_named(candidate, method, found))
 
     def compare_later(self, candidate: Candidate, pieces: int) -> None:
-        """Compare an orbit with collocation, sooner or later."""
+        """Compare an orbit with collocation, together with those that follow."""
         self._waiting.append((candidate, pieces))
         if sum(count for _, count in self._waiting) >= CHECKS.together:
             self.compare()

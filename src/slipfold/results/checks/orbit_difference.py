@@ -104,8 +104,8 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
 def orbit_differences(orbits: Sequence[PeriodicOrbit], pieces: Sequence[int]) -> list[Difference]:
     """Return how far orbits are from those of collocation; those of one flow are solved together.
 
-    What of multipliers differs by more is allowed their uncertainty; what cannot be solved for is
-    infinitely far.
+    Multipliers that differ by more may differ by their uncertainty. An orbit that cannot be solved
+    for is infinitely far.
     """
     alike, compared = defaultdict[int, list[int]](list), dict[int, _OrbitComparison]()
     for i, orbit in enumerate(orbits):
@@ -344,7 +344,7 @@ class _RetracedOrbit:
 
     @cached_property
     def rates(self) -> Array | None:
-        """Direction of a cycle's flow at the beginnings, shape (N, n); None of a forced orbit."""
+        """Rates at the beginnings of a cycle's pieces, shape (N, n); None of a forced orbit."""
         if self.forced:
             return None
         field = Field(self.flow, self.solution.constants, self.scales, [], LinearPart())
@@ -366,7 +366,7 @@ def _compared(whole: Sequence[_RetracedOrbit], free: Array | float) -> list[_Orb
 def _comparison(
     whole: _RetracedOrbit, pieces: Array, values: Complex, moved: Array, free: Array | float
 ) -> _OrbitComparison:
-    """Compare one of them, by how its pieces end and by multipliers with their sensitivities."""
+    """Compare one orbit, by the ends of its pieces and by multipliers with their sensitivities."""
     orbit, retraced, own = whole.orbit, whole.retraced, (0 if whole.forced else 1)
     anchors = np.searchsorted(retraced.edges, whole.solution.phases[:-1])
     matrices, by_parameters, defects = _between(anchors, pieces)
@@ -502,7 +502,7 @@ def _solved(
 def _multipliers(
     matrices: Sequence[Array], rates: Sequence[Array | None]
 ) -> list[tuple[Complex, Array]]:
-    """Return those of each orbit, last that of a cycle's own direction, and their sensitivities.
+    """Return the multipliers of each orbit, that of a cycle's direction last, and sensitivities.
 
     Shapes: matrices (N, n, n) of each, rates (N, n) of cycles.
     """
