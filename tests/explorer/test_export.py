@@ -229,8 +229,16 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind):
     view = ORBIT if kind == "forced" else {**free, "at": at[kind]}
     (tmp_path / "orbit.nc").write_bytes(exported(view, "nc"))
     orbit = sf.load(tmp_path / "orbit.nc")
-    first = list(csv.reader(io.StringIO(exported(view, "csv").decode())))[1]
-    assert orbit.state.tolist() == [float(value) for value in first[1 : 1 + len(orbit.state)]]
+    table = list(csv.reader(io.StringIO(exported(view, "csv").decode())))
+    values = [float(value) for value in table[1]]
+    if kind == "equilibrium":
+        (r, frequency, damping, *state), value = values, orbit.model.values["r"]
+        assert table[0][:3] == ["growth rate (1/s)", "frequency (Hz)", "damping ratio"]
+        assert [r, frequency] == pytest.approx([value, 0.5 / np.pi], rel=1e-12)
+        assert damping == pytest.approx(-value / np.hypot(value, 1), rel=1e-12)
+    else:
+        state = values[1 : 1 + len(orbit.state)]
+    assert state == orbit.state.tolist()
     # From its nodes alone it has the duration and the multipliers that it was saved with.
     assert orbit.check().passed
 

@@ -80,6 +80,23 @@ def test_the_table_shows_rounding_as_zero():
     assert hopf[5:10] == ["0"] * 5
 
 
+def test_tables_say_how_equilibria_vibrate():
+    """The eigenvalues are r + i w; cycles have multipliers."""
+    diagram = response(model_named("stuart-landau", w=2.0), vary="r", span=(-0.5, 0.5))
+    frame = diagram.to_dataframe()
+    rest, moving = (frame[frame["branch"] == number] for number in (1, 2))
+    r = rest["r"].to_numpy()
+    np.testing.assert_allclose(rest["growth rate 1"], r, atol=1e-12)
+    np.testing.assert_allclose(rest["frequency 1"], 1 / np.pi, rtol=1e-12)
+    np.testing.assert_allclose(rest["damping ratio 1"], -r / np.hypot(r, 2), atol=1e-12)
+    assert frame.attrs["units"]["frequency 1"] == "Hz"
+    assert rest["multiplier 1 real"].isna().all()
+    assert moving["multiplier 1 real"].notna().all()
+    assert moving["frequency 1"].isna().all()
+    alone = response(diagram.model, vary="r", span=(-0.5, -0.1)).to_dataframe()
+    assert not [name for name in alone if name.startswith("multiplier")]
+
+
 def test_a_part_of_the_span_without_a_branch_is_reported():
     # The response of the pendulum turns back at a fold; responses beyond it are not connected.
     pendulum = System(

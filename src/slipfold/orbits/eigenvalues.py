@@ -126,6 +126,27 @@ def eigenvalues_of(jacobian: Array) -> Complex:
     return values[np.lexsort((-values.imag, -real))]
 
 
+MODE_UNITS = {"growth rate": "1/s", "frequency": "Hz", "damping ratio": ""}
+"""What tables say of a mode of an equilibrium, and the units."""
+
+
+def modes_of(jacobian: Array) -> Array:
+    """Return what `MODE_UNITS` names of each pair of eigenvalues and each real one, fastest first.
+
+    Shapes: jacobian (n, n), returns (n_modes, 3).
+
+    >>> modes_of(np.array([[-3.0, 4.0], [-4.0, -3.0]])).round(3)
+    array([[-3.   ,  0.637,  0.6  ]])
+    """
+    if not np.isfinite(jacobian).all():
+        return np.empty((0, len(MODE_UNITS)))
+    values = eigenvalues_of(jacobian)
+    values = values[values.imag >= 0]
+    size = np.abs(values)
+    damping = np.divide(-values.real, size, out=np.zeros_like(size), where=size > 0)
+    return np.column_stack([values.real, values.imag / (2 * math.pi), damping])
+
+
 def transition(jacobian: Array) -> Array:
     """Return the matrix of the flow over a time, shape (n, n). Shapes: jacobian (n, n)."""
     from scipy.linalg import expm  # a tenth of a second to import, for equilibria alone

@@ -18,9 +18,10 @@ from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError, suggest
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.coexisting import gaps_between
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, FOLLOWED_TYPES
+from slipfold.orbits.eigenvalues import MODE_UNITS, modes_of
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.checks.checked import Checked
@@ -132,7 +133,8 @@ class Diagram(CurveDiagram):
     -----
     ``branch_of_point`` is the number of the branch, and likewise for special points, tori, folds
     and resonances. Limits of the model are no special points; a branch that meets one says so where
-    it stopped.
+    it stopped. In `to_csv` equilibria have growth rates, frequencies and damping ratios of their
+    modes in place of multipliers, the one that grows fastest first.
 
     `plot` draws the diagram, e.g. with ``measure="peak_to_peak"``, ``measured=`` a
     `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose trajectories are dots under the
@@ -372,12 +374,39 @@ class Diagram(CurveDiagram):
         return {"vary": self.vary, "branches": branches, **searched}
 
     def _frame(self) -> Frame:
-        return self._rows_along(
+        frame = self._rows_along(
             [*self.branches, *self.tori],
             ("period",),
             ("branch", "period", "type", "criticality", self.vary),
             "torus" if self.tori else "",
         )
+        rest = {branch.id for branch in self.branches if branch.kind == "equilibrium"}
+        rows = [row for row, owner in enumerate(frame.columns["branch"]) if owner in rest]
+        return self._with_modes(frame, rows) if rows else frame
+
+    def _with_modes(self, frame: Frame, rows: Sequence[int]) -> Frame:
+        """Give equilibria in some rows modes in place of multipliers over a unit of time."""
+        heads = [self.vary, *(item.name for item in self.model.states)]
+        places = np.array([frame.columns[head] for head in heads], dtype=float).T[rows].tolist()
+        jacobian, changed = evaluation_of(self.model).jacobian, self.model.replace
+        modes = [
+            modes_of(jacobian(changed(**{self.vary: value}), np.array(state)))
+            for value, *state in places
+        ]
+        columns, units = dict(frame.columns), dict(frame.units)
+        for head in [head for head in columns if head.startswith("multiplier ")]:
+            columns[head] = kept = np.array(columns[head], dtype=float)
+            kept[rows] = np.nan
+            if np.isnan(kept).all():
+                del columns[head]
+        for number in range(max(map(len, modes))):
+            for place, (name, unit) in enumerate(MODE_UNITS.items()):
+                head = f"{name} {number + 1}"
+                told = columns[head] = np.full(len(frame), np.nan)
+                units[head] = unit
+                for row, found in zip(rows, modes, strict=True):
+                    told[row] = found[number, place] if number < len(found) else np.nan
+        return Frame(columns, units)
 
 
 def finalized(diagram: Diagram) -> Diagram:

@@ -24,7 +24,14 @@ from slipfold.interface.explorer.curves import (
     diagram_view,
     plane_view,
 )
-from slipfold.interface.explorer.export import FIGURES, figure, python_text, toml_text, written
+from slipfold.interface.explorer.export import (
+    FIGURES,
+    figure,
+    modes_table,
+    python_text,
+    toml_text,
+    written,
+)
 from slipfold.interface.explorer.first_views import send_screen
 from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
@@ -48,6 +55,7 @@ from slipfold.interface.explorer.sweeps import send_sweep
 from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
     KeptTrajectories,
+    jacobian_of,
     orbit_view,
     send_exponents,
     send_simulation,
@@ -164,6 +172,9 @@ class Answering:
             file = self._catalogue.file(model)
             return python_text(model, view, orbit, file, request.measurements).encode()
         if orbit is not None:
+            jacobian = jacobian_of(orbit)
+            if jacobian is not None and request.format == "csv":
+                return modes_table(orbit, jacobian)
             result = SavedOrbit(orbit.model, orbit, provenance(0.0))
         elif isinstance(view, DiagramRequest):
             result = self._diagram(view, check)

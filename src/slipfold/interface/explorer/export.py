@@ -9,6 +9,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
@@ -26,7 +29,7 @@ from slipfold.interface.explorer.texts import (
     is_built_in,
     whole_text,
 )
-from slipfold.interface.explorer.trajectories import start_of, timed
+from slipfold.interface.explorer.trajectories import jacobian_of, start_of, timed
 from slipfold.lines import parts_of
 from slipfold.models.definitions.system_file import write_tables
 from slipfold.models.model import Model
@@ -35,10 +38,12 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
+from slipfold.orbits.eigenvalues import MODE_UNITS, modes_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.parameter_space.measurement import Measurement
 from slipfold.results.diagram import Diagram
 from slipfold.results.result import Result
+from slipfold.results.tables import Frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,6 +72,15 @@ def written(result: Result, form: str) -> bytes:
         path = Path(folder) / "result"
         (result.save if form == "nc" else result.to_csv)(path)
         return path.read_bytes()
+
+
+def modes_table(orbit: PeriodicOrbit, jacobian: Array) -> bytes:
+    """Return an equilibrium as a spreadsheet, a row a mode. Shapes: jacobian (n, n)."""
+    modes, states = modes_of(jacobian), zip(orbit.model.states, orbit.state, strict=True)
+    columns = dict(zip(MODE_UNITS, modes.T, strict=True))
+    columns |= {item.name: np.full(len(modes), value) for item, value in states}
+    units = MODE_UNITS | {item.name: item.unit for item in orbit.model.states}
+    return Frame(columns, units).to_csv().encode()
 
 
 def figure(
@@ -190,9 +204,10 @@ def _steps(
     assert orbit is not None  # what is left is an orbit
     names = [item.name for item in model.states]
     state = dict(zip(names, orbit.state.tolist(), strict=True))
+    over = "" if jacobian_of(orbit) is None else '"over", orbit.duration, "s:", '
     return [
         f"orbit = sf.periodic_orbit(model, period={orbit.period}, state={state!r})",
-        "print(orbit.multipliers, orbit.stable)",
+        f"print({over}orbit.multipliers, orbit.stable)",
         "time, states = orbit.sample()",
     ]
 

@@ -61,7 +61,7 @@ def timed(model: Model, request: TrajectoryRequest) -> Model:
 
 def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
-    model = orbit.model
+    model, jacobian = orbit.model, jacobian_of(orbit)
     time, values = orbit.outputs(min(4 * PAGE.samples * orbit.period, PAGE.max_samples))
     time = np.append(time, orbit.duration)
     end = values[:1].copy()
@@ -76,7 +76,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "outputs": {name: column for name, column in columns.items() if name not in names},
         "spectrum": _spectrum(orbit),
         "multipliers": _pairs(orbit.multipliers),
-        "eigenvalues": _pairs(_eigenvalues(orbit)) if _rests(orbit) else None,
+        "eigenvalues": None if jacobian is None else _pairs(eigenvalues_of(jacobian)),
         "stable": orbit.stable,
         "period": orbit.period,
         "value": number(model.values[vary]),
@@ -94,13 +94,11 @@ def finite_columns(model: Model, values: NDArray[np.float64]) -> dict[str, list[
     }
 
 
-def _rests(orbit: PeriodicOrbit) -> bool:
-    """Whether it is an equilibrium, which has no period and no multipliers."""
-    return not orbit.model.forced and bool((orbit.nodes == orbit.state).all())
-
-
-def _eigenvalues(orbit: PeriodicOrbit) -> NDArray[np.complex128]:
-    return eigenvalues_of(evaluation_of(orbit.model).jacobian(orbit.model, orbit.state))
+def jacobian_of(orbit: PeriodicOrbit) -> NDArray[np.float64] | None:
+    """Return the Jacobian of an equilibrium, which has no period; None of an orbit that moves."""
+    if orbit.model.forced or (orbit.nodes != orbit.state).any():
+        return None
+    return evaluation_of(orbit.model).jacobian(orbit.model, orbit.state)
 
 
 def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
