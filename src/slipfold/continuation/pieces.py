@@ -217,9 +217,9 @@ def _halfway(curve: Curve[P], own: list[P], a: P, b: P) -> P:
 def ahead_of(curve: Curve[P], before: P, after: P) -> list[P]:
     """Return first points of the next piece, with tangents in the direction of that piece.
 
-    The tangent jumps, and the parameter may turn. So near to the boundary rounding decides of which
-    piece a tangent is: both are tried. A piece that is thinner than the first step is skipped. The
-    nearest point comes first; none if there is no solution nearby.
+    The tangent jumps, and the parameter may turn. So near to the boundary rounding decides to
+    which piece a tangent belongs: both are tried. A piece thinner than the first step is skipped.
+    The nearest point comes first; none if there is no solution nearby.
     """
     own = after.tangent
     for step in PIECE.looks:

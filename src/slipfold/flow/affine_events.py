@@ -263,8 +263,8 @@ class _Watched:
     ) -> Iterator[tuple[Array, Complex, Mask]]:
         """Yield phases up to an end, free motions there, and which are visible by their sizes.
 
-        As close as forcing and visible vibrations need them, some at a time: each time the first is
-        the last of those before. Shapes: yields (p,), (p, n), (n,).
+        Phases are as close as forcing and visible vibrations need. Some are yielded at a time; the
+        first is the last of those before. Shapes: yields (p,), (p, n), (n,).
         """
         phase, free, values = self.begin, self.free, self.solutions.values
         known = self.solutions.forcing.exponents, self.own.exponents

@@ -156,7 +156,7 @@ class Families:
         if (many or far) and _in_family(points):
             reason = (
                 f"{len(points)} orbits have the same {orbits.vary} = {rounded:.9g}: they are a "
-                "family, as around a center, that continues; stop it at an amplitude by an event"
+                "family, as around a center, and it continues; give an event at which it ends"
             )
             return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
         if far:

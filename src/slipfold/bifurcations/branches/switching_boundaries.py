@@ -55,7 +55,7 @@ class BoundaryRules:
     ahead: float = 0.02
     # Distance in the scaled parameter of two points that are one: each is known to a tenth of it
     same: float = 1e-9
-    # Cosine of the angle between tangents a first look apart, above which they are of one piece
+    # Cosine of the angle between tangents a first look apart, above which they belong to one piece
     smooth: float = 0.9995
     # Growth a phase of what friction lacks, in what it had: released half a thousandth of a phase
     # later, the contact would be held. Perturbations are multiplied by fifty or more

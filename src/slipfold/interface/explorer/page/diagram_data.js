@@ -24,7 +24,7 @@ function limitOf({ stopped, x: values, y, arclength }, x) {
   }];
 }
 
-/** Each branch once, where the largest and the smallest value are two lines. */
+/** Each branch once, also if its largest and its smallest values are two lines. */
 export function branchesOf({ branches }) {
   return branches.filter(({ statistic }) => statistic === branches[0].statistic);
 }

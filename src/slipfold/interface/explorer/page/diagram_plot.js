@@ -324,7 +324,7 @@ export class DiagramPlot {
     if (place || wasHovering) this.#session.hover(place);
   }
 
-  /** Say of the equilibrium under the pointer, once it is computed, how its least damped mode vibrates. */
+  /** Describe the least damped mode of the equilibrium under the pointer, once it is computed. */
   #tipOf(arrived) {
     if (this.#tip.hidden || !arrived?.answer.eigenvalues || this.#tip.dataset.place !== keyOf(arrived.place)) return;
     this.#tip.textContent = [this.#describe(arrived.place), leastDamped(arrived.answer.eigenvalues)].join("\n");
@@ -385,7 +385,7 @@ function hasHeight({ y }) {
   return Math.max(...y) > Math.min(...y);
 }
 
-/** Traces as they are, or as what is not yet certain. */
+/** Traces as they are, or faint where they are those of a draft. */
 function faint(traces, isFaint = false) {
   return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
 }

@@ -18,7 +18,7 @@ const RING = 4.5;
  * @param {number[]} values one a period
  */
 function faded(values) {
-  // Odd, so that of the largest and the smallest value of each period both are left.
+  // An odd step keeps both the largest and the smallest values, which alternate.
   const step = values.length > DOTS.all ? Math.ceil(values.length / DOTS.few) | 1 : 1;
   const kept = values.filter((_, i) => (values.length - 1 - i) % step === 0);
   const each = Math.max(Math.ceil(kept.length / FADING.steps), 1);
