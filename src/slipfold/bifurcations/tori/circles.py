@@ -76,6 +76,7 @@ class TorusRules:
     broken: float = 1e-8  # last harmonics, of the largest, at which a circle is not resolved
     near_strong: float = 1e-2  # distance from a strong resonance at which circles may break by it
     point: float = 3e-5  # extent, in scaled states, of an orbit: the parameter is off by its square
+    collapse: float = 3e-3  # extent from which tori do not come to such an orbit in one step
     # Part of the tangent along the parameter that is left where a fold is located
     fold: float = 1e-6
     same: float = 1e-6  # distance, in spans, of the orbit to which tori shrink from a known point

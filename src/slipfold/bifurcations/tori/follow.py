@@ -23,6 +23,7 @@ from slipfold.bifurcations.tori.surface import growth_across, surface_of
 from slipfold.bifurcations.tori.torus_branch import Locked, TorusBranch
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
+from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.search import Zeros
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
@@ -54,7 +55,7 @@ def follow_tori(
         circles,
         start,
         [(-1, min(span) / circles.width, max(span) / circles.width)],
-        lambda curve: (_Special(curve), _Resolved()),
+        lambda curve: (_Resolved(), _Special(curve)),
         settings=settings,
         endings=_Endings(),
         otherwise=past_resonance,
@@ -129,11 +130,17 @@ class _Resolved:
     """Ends tori whose circles are points, or have more harmonics than can be computed."""
 
     def watch(self, interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
-        """Look at how smooth the circle is that was reached."""
+        """Look at how large and how smooth the circle is that was reached.
+
+        The orbit itself is a solution, at any rotation number: a step that leads from a circle to
+        it at once has left the tori.
+        """
         point = interval.point
         circles = point.curve
         states = circles.states(point.z)
-        if np.ptp(states / circles.model.state_scales(), axis=0).max() < TORUS.point:
+        if _extent(point) < TORUS.point:
+            if _extent(interval.before) > TORUS.collapse:
+                raise LostCurveError("the circle shrinks to a periodic orbit within a step")
             return MonitorResult(
                 stop=Stop(point, End("bifurcation", SHRINKS, circles.place(point.z)))
             )
@@ -149,6 +156,12 @@ class _Resolved:
         last = interval.before
         end = End(kind, reason, last.curve.place(last.z))
         return MonitorResult(stop=Stop(last, end))
+
+
+def _extent(point: CirclePoint) -> float:
+    """Return the extent of a circle, in scaled states."""
+    states = point.curve.states(point.z) / point.curve.model.state_scales()
+    return float(np.ptp(states, axis=0).max())
 
 
 def _slows(points: Sequence[CirclePoint]) -> bool:
