@@ -161,7 +161,7 @@ def starts_in_slip(model: Model, start: Array) -> bool:
 
 
 def limits_are_defined(model: Model, starts: Array, constants: Constants) -> bool:
-    """Whether trajectories in slip report where their contacts come to their limits.
+    """Whether trajectories in slip report where their contacts reach their limits.
 
     Over the speed of a floor at rest slip is infinite, and no limit can be followed. Shapes: starts
     (m, n); constants of the model or of m like it.

@@ -444,9 +444,9 @@ def _root_step(
 ) -> tuple[np.complex128, float]:
     """Return the change of a multiplier's logarithm, and where its harmonics are centered.
 
-    The harmonics of a perturbation are centered at an exponent of the mean: of a fast mode the
-    determinant knows nothing elsewhere. The known center of the last step comes first, as long as
-    steps shrink; then exponents of near multipliers.
+    The harmonics of a perturbation are centered at an exponent of the mean. Centered elsewhere, the
+    determinant does not resolve a fast mode. The known center of the last step comes first, as long
+    as steps shrink; then exponents of near multipliers.
     """
     poles = np.exp(exponents)
     apart = _slope_of_product(multiplier, poles) - _slope_of_product(multiplier, others)

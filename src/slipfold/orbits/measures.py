@@ -16,7 +16,7 @@ from slipfold.orbits.switched_shooting import DIFFERENCED
 class MeasureSettings:
     """How the extrema of an output over an orbit are found, and how exactly."""
 
-    samples: int = 64  # a forcing period or round, besides the nodes: they find the right hump
+    samples: int = 64  # a forcing period or round, besides the nodes: they find the right extremum
     exact: float = 1e-13  # phases to which it is located: the derivatives have as many digits
     # Phases beside it at which derivatives are taken: the error goes with the square
     aside: float = 1e-7

@@ -402,10 +402,10 @@ class Diagram(CurveDiagram):
         for number in range(max(map(len, modes))):
             for place, (name, unit) in enumerate(MODE_UNITS.items()):
                 head = f"{name} {number + 1}"
-                told = columns[head] = np.full(len(frame), np.nan)
+                column = columns[head] = np.full(len(frame), np.nan)
                 units[head] = unit
                 for row, found in zip(rows, modes, strict=True):
-                    told[row] = found[number, place] if number < len(found) else np.nan
+                    column[row] = found[number, place] if number < len(found) else np.nan
         return Frame(columns, units)
 
 

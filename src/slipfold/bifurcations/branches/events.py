@@ -149,8 +149,8 @@ class ExtremaAlong(_Watch):
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the extrema between two points.
 
-        The first orbit of a branch may have several equal humps, or no amplitude: which of them
-        becomes the largest is not defined there.
+        The first orbit of a branch may have several equal local extrema, or no amplitude: which of
+        them becomes the largest is not defined there.
         """
         return MonitorResult() if interval.leaves else super().watch(interval)
 

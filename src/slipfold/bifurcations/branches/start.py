@@ -278,7 +278,7 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
     """Return orbits of the response, cut as they are to be followed.
 
     However stiff, they begin by shooting where fast vibrations do not decay: multipliers of those
-    that a mesh does not resolve stay near the unit circle and feign bifurcations.
+    that a mesh does not resolve stay near the unit circle and make spurious bifurcations.
     """
     chosen = settings.discretization
     if chosen == "automatic" and shooting_for(model) is ModalShooting:
