@@ -229,8 +229,8 @@ def test_shapes_by_the_command(tmp_path):
     assert abs(middle.displacements[0, 2, 1]) == 1
     assert run(*given, str(tmp_path / "a.png"), "--mode", "2").exit_code == 0
     for wrong, word in (
-        ((*given, str(tmp_path / "a.txt")), "no ending of shapes; give .vtk"),
-        (("shapes", "duffing", "--mesh", str(nodes)), "duffing is no structure"),
+        ((*given, str(tmp_path / "a.txt")), "a.txt; give .vtk"),
+        (("shapes", "duffing", "--mesh", str(nodes)), "duffing has no mesh; give a structure"),
         ((*given[:-3], "--modes", "0"), "modes"),
     ):
         refused = run(*wrong)
