@@ -424,7 +424,8 @@ export class PlanePlot {
   #changed({ answer, stale = false, isSame = false, id, lines = [], loci }) {
     if (stale && !this.#session.store.isLive) this.#isOfAsked = false;
     if (isSame) this.node.classList.toggle("stale", !this.#isOfAsked);
-    if (id !== this.#lines.of) this.#lines = Object.assign(new Map(), { of: id });
+    // What is told of the view alone names no request, and takes no line away.
+    if (id !== undefined && id !== this.#lines.of) this.#lines = Object.assign(new Map(), { of: id });
     for (const line of lines) this.#lines.set(line.number, line);
     const shown = answer ?? (loci ? { loci, regions: null } : lines.length > 0 && draftOf([...this.#lines.values()]));
     // What belongs to other values is pale, and gives way to the first lines of what is requested.
