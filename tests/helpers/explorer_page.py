@@ -45,6 +45,20 @@ def served(case, workers=2):
             server.communicate()
 
 
+def violations(page, where=None):
+    """What axe-core finds in both themes, if there is axe-core: the rule and the elements."""
+    try:
+        from axe_playwright_python.sync_playwright import Axe
+    except ImportError:
+        return []
+    found = []
+    for theme in ("dark", "light"):
+        page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+        for item in Axe().run(page, where).response["violations"]:
+            found.append((theme, item["id"], [node["html"][:120] for node in item["nodes"]]))
+    return found
+
+
 class HeldBack:
     """Answers of the server that wait on their way to the page."""
 

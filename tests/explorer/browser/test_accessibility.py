@@ -4,9 +4,10 @@ import pytest
 from playwright.sync_api import expect
 
 import slipfold as sf
+from helpers.explorer_page import violations
 from slipfold.interface.explorer.curves import study_view
 
-axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="there is no axe-core")
+pytest.importorskip("axe_playwright_python.sync_playwright", reason="there is no axe-core")
 
 STOPS = """
 () => [...document.querySelectorAll("button, input, select, summary, a, [tabindex]")]
@@ -22,16 +23,6 @@ STUDY = {
 }
 
 MEASURED = "W [rad/s],max q,sweep\n1.2,0.9,up\n1.4,0.7,down\n"
-
-
-def violations(page, where=None):
-    """What axe-core finds in both themes: the rule and the elements."""
-    found = []
-    for theme in ("dark", "light"):
-        page.emulate_media(color_scheme=theme, reduced_motion="reduce")
-        for item in axe.Axe().run(page, where).response["violations"]:
-            found.append((theme, item["id"], [node["html"][:120] for node in item["nodes"]]))
-    return found
 
 
 def test_no_panel_has_a_violation_in_either_theme(new_tab):

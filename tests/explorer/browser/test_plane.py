@@ -6,7 +6,7 @@ from itertools import combinations_with_replacement
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_page import PLANE, ExplorerPage
+from helpers.explorer_page import PLANE, ExplorerPage, violations
 from slipfold.plots.regions import OTHERS, PALE, region_color
 
 WINDOW = "model=sliding&p.f=12.2&p.Nd=0.1&plane=f~12.1~12.5~Nd~0~0.3"
@@ -107,6 +107,7 @@ def test_a_point_of_codimension_two_says_what_it_means_and_leads_to_both_sides(p
     page.mouse.click(x, y)
     card = page.get_by_role("dialog", name="Point of codimension two")
     expect(card).to_contain_text("Here the PD changes from supercritical to subcritical")
+    assert violations(page, ".point-card") == []
     with plane.redrawn():
         card.get_by_role("button", name="f =").first.click()
     expect(card).to_be_hidden()

@@ -11,6 +11,9 @@ const STYLES = [
 const LINE = 18;
 const LETTER = 8.8;
 
+/** Largest distance between drawings, in pixels. */
+const GAP = 16;
+
 /**
  * Drawings at their places on the page with their captions, as one.
  * @param {string} title what they show
@@ -22,17 +25,29 @@ export function sheetOf(title, figures, color) {
   const width = Math.max(...boxes.map((box) => box.right)) - left;
   const lines = wrapped(title, width / LETTER);
   const top = Math.min(...boxes.map((box) => box.top)) - LINE * lines.length - 12;
-  const height = Math.max(...boxes.map((box) => box.bottom)) - top;
+  const lifted = (box) => top + blankAbove(boxes, box.top);
+  const height = Math.max(...boxes.map((box) => box.bottom - lifted(box)));
   const font = getComputedStyle(document.body).fontFamily;
   const sheet = svg("svg", { viewBox: `0 0 ${width} ${height}`, width, height, "font-family": font },
     svg("rect", { width, height, fill: color("panel") }),
     ...lines.map((line, i) => svg("text", {
       x: 10, y: LINE * (i + 1), "font-size": 14, "font-weight": 600, fill: color("ink"),
     }, line)),
-    ...figures.map(({ drawing }) => placed(drawing, drawing.getBoundingClientRect(), left, top)),
-    ...figures.flatMap(({ caption }) => (caption ? captioned(caption, left, top) : [])));
+    ...figures.map(({ drawing }) => placed(drawing, drawing.getBoundingClientRect(), left, lifted(drawing.getBoundingClientRect()))),
+    ...figures.flatMap(({ caption }) => (caption ? captioned(caption, left, lifted(caption.getBoundingClientRect())) : [])));
   sheet.setAttribute("xmlns", "http://www.w3.org/2000/svg");
   return { text: new XMLSerializer().serializeToString(sheet), width, height };
+}
+
+/** Height of the bands above a place that hold controls on the page and nothing in a file, but for a margin each. */
+function blankAbove(boxes, place) {
+  const sorted = boxes.toSorted((a, b) => a.top - b.top);
+  let [bottom, blank] = [sorted[0].top, 0];
+  for (const box of sorted) {
+    if (box.top <= place) blank += Math.max(box.top - bottom - GAP, 0);
+    bottom = Math.max(bottom, box.bottom);
+  }
+  return blank;
 }
 
 /** A sheet as a picture of twice its size. */
