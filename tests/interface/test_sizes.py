@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 80_300, "tests": 38_700}
+TOTAL = {"src": 81_250, "tests": 39_600}
 """Lines of Python. Lower it whenever code is deleted; raise it only for what is new, and say so.
 
 Last raised for extrema, ridges, backbone curves, cyclic symmetry, shapes, levels, dry contacts in
