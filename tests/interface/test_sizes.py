@@ -14,8 +14,9 @@ WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 TOTAL = {"src": 81_250, "tests": 39_600}
 """Lines of Python. Lower it whenever code is deleted; raise it only for what is new, and say so.
 
-Last raised for extrema, ridges, backbone curves, cyclic symmetry, shapes, levels, dry contacts in
-closed form, and the page as a laboratory: 5,500 lines of src and 3,000 of tests.
+Last raised for symmetric waves around cyclic structures, shapes and levels by command, sweeps
+from a motion, maxima and minima together, and mends that models of new users asked for: 950 lines
+of src and 900 of tests.
 """
 
 FILE_LINES = 600
