@@ -15,7 +15,8 @@ MODELS = sf.built_in_models()
 
 def rates_of(orbit):
     """Return logarithms of the multipliers, the largest first, a forcing period each."""
-    found = np.log(np.abs(orbit.multipliers)) / orbit.period
+    with np.errstate(divide="ignore"):  # what stick takes may be exactly zero
+        found = np.log(np.abs(orbit.multipliers)) / orbit.period
     return np.sort(found)[::-1]
 
 

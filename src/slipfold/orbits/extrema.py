@@ -243,7 +243,8 @@ def _extrema_of_orbits(
         own = constants.rows(orbit)
         found[rough] = refine_minimum(flow, own, states, start, width, columns[column], signs)
     least = np.full(2 * len(columns) * count, np.inf)
-    np.minimum.at(least, rows, found)
+    with np.errstate(invalid="ignore"):  # what is no number at one of the minima stays none
+        np.minimum.at(least, rows, found)
     low, high = (least.reshape(shape) * [[[1.0]], [[-1.0]]]).swapaxes(1, 2)
     revolving = np.zeros((count, len(flow.output_names)), dtype=bool)
     revolving[:, : ahead.shape[2]] = ahead.sum(axis=1) != 0
