@@ -148,7 +148,7 @@ def check_some(
             for candidate in candidates:
                 if left < CHECKS.equilibrium and checks.count:
                     break
-                on_progress(checks.count)
+                on_progress(len(checks.done))
                 left -= _check(candidate, left, checks)
         finally:
             checks.compare()
@@ -186,8 +186,12 @@ class _Checks:
         if not waiting:
             return
         orbits, pieces = zip(*((item.orbit, count) for item, count in waiting), strict=True)
-        with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
-            differences = orbit_differences(orbits, pieces)
+        try:
+            with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
+                differences = orbit_differences(orbits, pieces)
+        except KeyboardInterrupt:
+            self._waiting = waiting  # they are still compared in the end
+            raise
         for (candidate, _), found in zip(waiting, differences, strict=True):
             self.done.append(_named(candidate, "collocation", found))
 
