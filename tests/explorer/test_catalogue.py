@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import RAYLEIGH
 from slipfold import InputError
+from slipfold.interface.explorer import first_views
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.first_views import send_screen
 from slipfold.interface.explorer.messages import ScreenRequest, parse_request
@@ -111,6 +113,20 @@ def test_a_forced_model_is_looked_through_for_a_parameter_with_a_bifurcation():
         forcing={"period": "2*pi/W"},
     )
     assert screened(linear, "F") == [{"vary": None, "done": True}]
+
+
+def test_a_parameter_over_which_nothing_can_be_computed_does_not_end_the_search(monkeypatch):
+    duffing, asked = sf.built_in_models()["duffing"]().replace(W=1.2), []
+
+    def response(model, vary, span, **others):
+        asked.append(vary)
+        if len(asked) == 1:
+            raise ZeroDivisionError
+        return SimpleNamespace(branches=())
+
+    monkeypatch.setattr(first_views, "response", response)
+    assert screened(duffing, "d") == [{"vary": None, "done": True}]
+    assert len(asked) == len(duffing.variable_parameters) - 1
 
 
 def test_a_mathieu_equation_is_first_shown_over_the_threshold_of_its_tongue():

@@ -254,3 +254,5 @@ def test_where_nothing_bifurcates_a_parameter_is_offered_over_which_something_do
         page.get_by_role("button", name="Show", exact=True).click()
     expect(offer).to_have_count(0)
     assert explorer.specials()[0].startswith("LP")
+    page.get_by_label("Undo (Ctrl+Z)").click()
+    expect(offer).to_contain_text("Over")

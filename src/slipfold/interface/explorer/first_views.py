@@ -121,12 +121,13 @@ def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) 
             if process_time() > end:
                 raise KeyboardInterrupt
 
-        span = span_about(model, name)
         try:
+            span = span_about(model, name)
             branches = response(model, name, (span[0], span[1]), on_progress=watch).branches
-        except InputError:
+        except (*BREAKDOWNS, InputError):
             continue
-        points = [point for point in branches[0].special if point.type in BIFURCATION_TYPES]
+        special = branches[0].special if branches else ()
+        points = [point for point in special if point.type in BIFURCATION_TYPES]
         if points:
             value = number(certain(points[0].value, points[0].uncertainty))
             send({"vary": name, "span": span, "type": points[0].type, "value": value, "done": True})

@@ -242,9 +242,9 @@ export class Elsewhere {
   /** The element to put on the page. */
   node = element("div", { class: "sentence", role: "status", hidden: true });
   #session;
-  #asked = new Set();
+  #asked = null; // the system of the last search
 
-  /** If the first diagram of a forced model has no bifurcation, look for a parameter over which there is one. */
+  /** If the first diagram of a forced system has no bifurcation, look for a parameter over which there is one. */
   constructor(session) {
     this.#session = session;
     session.diagramArrived.subscribe(({ answer }) => answer.done && this.#consider(answer));
@@ -254,8 +254,8 @@ export class Elsewhere {
   #consider({ branches }) {
     const { model, view, requests, store } = this.#session;
     const isQuiet = branches.every(({ special }) => special.length === 0);
-    if (!model.forced || !isQuiet || store.isLive || this.#asked.has(model.name)) return;
-    this.#asked.add(model.name);
+    if (!model.forced || !isQuiet || store.isLive || this.#asked === systemOf(view)) return;
+    this.#asked = systemOf(view);
     const { also: _, span: __, show: ___, statistic: ____, ...request } = diagramRequest(view);
     requests.ask({ ...request, kind: "screen" }, { onAnswer: (answer) => this.#offer(answer), onError: () => {} });
   }
@@ -271,9 +271,8 @@ export class Elsewhere {
   }
 
   #drop() {
-    const { requests, model } = this.#session;
-    if (requests.isBusy("screen")) this.#asked.delete(model.name);
-    requests.cancel("screen");
+    this.#asked = null;
+    this.#session.requests.cancel("screen");
     this.node.hidden = true;
     this.node.replaceChildren();
   }
