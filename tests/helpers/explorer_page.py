@@ -8,6 +8,7 @@ import subprocess
 import sys
 from contextlib import contextmanager
 
+import pytest
 from playwright.sync_api import Page, expect
 
 PATIENCE = 180_000
@@ -46,15 +47,12 @@ def served(case, workers=2):
 
 
 def violations(page, where=None):
-    """What axe-core finds in both themes, if there is axe-core: the rule and the elements."""
-    try:
-        from axe_playwright_python.sync_playwright import Axe
-    except ImportError:
-        return []
+    """What axe-core finds in both themes: the rule and the elements. Skip a test without it."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-core")
     found = []
     for theme in ("dark", "light"):
         page.emulate_media(color_scheme=theme, reduced_motion="reduce")
-        for item in Axe().run(page, where).response["violations"]:
+        for item in axe.Axe().run(page, where).response["violations"]:
             found.append((theme, item["id"], [node["html"][:120] for node in item["nodes"]]))
     return found
 
