@@ -282,8 +282,8 @@ def test_copied_python_follows_the_same_motions(exported, name, tmp_path, monkey
         shown = [(place["x"], place["y"][0]) for place in places if place["run"] == way]
         assert [x for x, _ in copied] == [x for x, _ in shown]
         assert [y for _, y in copied] == pytest.approx([y for _, y in shown], rel=1e-4)
-    told = capsys.readouterr().out
-    assert [way for way in names["swept"] if f"swept {way}, it ended" in told] == [*last["ends"]]
+    printed = capsys.readouterr().out
+    assert [way for way in names["swept"] if f"swept {way}, it ended" in printed] == [*last["ends"]]
     assert "<svg" in (tmp_path / "sweep.svg").read_text()
 
 

@@ -98,15 +98,15 @@ def test_sharp_minimum_of_the_spring_near_collapse():
     assert low == pytest.approx(dense, abs=1e-6)
 
 
-def test_of_humps_nearly_as_high_the_highest_counts():
-    # x is exactly the sum whose derivative is its first term: seven humps, 1e-4 apart, of which
+def test_of_maxima_nearly_as_high_the_highest_counts():
+    # x is exactly the sum whose derivative is its first term: seven maxima, 1e-4 apart, of which
     # samples miss up to 7e-3.
-    hump = "sin(7*t + p)*(1 + 3e-4*cos(t))"
+    wave = "sin(7*t + p)*(1 + 3e-4*cos(t))"
     slope = "7*cos(7*t + p)*(1 + 3e-4*cos(t)) - 3e-4*sin(7*t + p)*sin(t)"
     model = sf.System(
-        name="humps",
+        name="maxima",
         parameters={"p": 0.0, "a": 1.0, "T": {"value": 2 * np.pi, "above": 0}},
-        states={"x": f"a*({slope}) - (x - a*{hump})"},
+        states={"x": f"a*({slope}) - (x - a*{wave})"},
         forcing={"period": "T", "amplitude": "a"},
     )
     shifts, times = np.linspace(0, 2 * np.pi, 24), np.linspace(0, 2 * np.pi, 100_001)

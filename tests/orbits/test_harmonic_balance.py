@@ -172,7 +172,7 @@ def test_what_is_no_series_is_refused():
         sf.periodic_orbit(sticking).harmonic_balance()
 
 
-class Feigned:
+class WithFastMode:
     """Two multipliers whose perturbations are slow; nearest to one is the pole of a fast mode."""
 
     converged, inputs, exact = True, np.ones((2, 1)), np.array([0.5, 0.2])
@@ -186,7 +186,7 @@ class Feigned:
         return -2e4 - poles.sum() + np.delete(apart, np.abs(apart).argmax()).sum()
 
 
-def test_harmonics_about_another_mode_feign_no_multiplier():
+def test_harmonics_about_another_mode_give_no_spurious_multiplier():
     """Their steps are small as well, but do not shrink."""
-    found = harmonic_balance._multipliers(Feigned(), Feigned.exact + 1e-5 + 0j, 0.0)
-    np.testing.assert_allclose(found, Feigned.exact, atol=1e-12)
+    found = harmonic_balance._multipliers(WithFastMode(), WithFastMode.exact + 1e-5 + 0j, 0.0)
+    np.testing.assert_allclose(found, WithFastMode.exact, atol=1e-12)

@@ -58,7 +58,7 @@ def test_a_fast_mode_that_decays_has_a_multiplier_of_nothing():
     slow = np.abs(solved(model, 64, RADAU)[2].multipliers)[:2]
     assert np.sort(by_radau)[-2:] == pytest.approx(np.sort(slow), abs=1e-8)
     assert np.sort(by_radau)[:2].max() < 1e-6
-    assert np.sort(by_gauss)[:2].max() > 0.1  # the feigned ones
+    assert np.sort(by_gauss)[:2].max() > 0.1  # the spurious ones
 
 
 @pytest.mark.parametrize(("damping", "started"), [(10.0, Collocation), (0.0, Shooting)])

@@ -27,8 +27,8 @@ MEASURED = "W [rad/s],max q,sweep\n1.2,0.9,up\n1.4,0.7,down\n"
 
 def test_no_panel_has_a_violation_in_either_theme(new_tab):
     page = new_tab.page
-    told = study_view(sf.study(STUDY), "duffing")
-    page.route("**/api/study", lambda route: route.fulfill(json=told))
+    study = study_view(sf.study(STUDY), "duffing")
+    page.route("**/api/study", lambda route: route.fulfill(json=study))
     page.set_viewport_size({"width": 1366, "height": 768})
     new_tab.open("model=duffing&plane=W~1.3~1.5~F~0.2~0.3", plane=True)
 

@@ -424,7 +424,7 @@ export class PlanePlot {
   #changed({ answer, stale = false, isSame = false, id, lines = [], loci }) {
     if (stale && !this.#session.store.isLive) this.#isOfAsked = false;
     if (isSame) this.node.classList.toggle("stale", !this.#isOfAsked);
-    // What is told of the view alone names no request, and takes no line away.
+    // A message about the view alone has no id of a request, and leaves the lines as they are.
     if (id !== undefined && id !== this.#lines.of) this.#lines = Object.assign(new Map(), { of: id });
     for (const line of lines) this.#lines.set(line.number, line);
     const shown = answer ?? (loci ? { loci, regions: null } : lines.length > 0 && draftOf([...this.#lines.values()]));
