@@ -368,14 +368,24 @@ def _end_of_piece(before: OrbitPoint, after: OrbitPoint) -> Array | None:
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
-    by = curve.orbits.by
-    more = kind == "GRAZE" and isinstance(by, SwitchedShooting) and by.holds_more(*_at(point))
+    more = kind == "GRAZE" and _holds_more(point)
     reason = (
         f"{CONTACT_TYPES[kind].title}{HOLDS_MORE if more else ''}; no orbit was found beyond; to "
         "follow what trajectories converge to there, compute a response with settled=True that "
         "starts there (--start, --settled), or with gaps=True (--gaps)"
     )
     return End(BOUNDARY, reason, curve.place(point.z))
+
+
+def _holds_more(point: OrbitPoint) -> bool:
+    """Whether the contact that grazes has more static friction than kinetic."""
+    by, at = point.curve.orbits.by, _at(point)
+    if not isinstance(by, SwitchedShooting):
+        return False
+    change = by if isinstance(by, MarginalShooting) else MarginalShooting.at(by, *at, "GRAZE")
+    if change is None:
+        return by.holds_more(*at, None, float(by.start[0]))
+    return by.holds_more(*at, change.met.event.which, change.met.phase)
 
 
 def beyond_boundary(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
