@@ -255,7 +255,7 @@ class ModalShooting(MeshDiscretization, Shooting):
             return None
         if self._part is None:
             part, each = copy(self), (len(self._mesh) - 1) // self.segments
-            part.images, part._intervals = 1, None
+            part.images, part._intervals, part._latest = 1, None, None
             part._mesh = self._mesh[: (len(self._mesh) - 1) // self.images + 1]
             part._cut(part._mesh[::each])
             turn = np.kron(np.eye(2), self._turn(self.images))

@@ -63,16 +63,22 @@ CONTACT_DASHES: Mapping[str, Any] = MappingProxyType(
 """Line styles of what is no bifurcation; all are black."""
 
 
-def locus_color(type_: str) -> str:
+def locus_color(type_: str, colors: Mapping[str, str] = LOCUS_COLORS) -> str:
     """Return the color of a type of locus."""
-    return LOCUS_COLORS.get(type_, "#000000")
+    return colors.get(type_, "#000000")
 
 
-def line_style(type_: str, period: int, criticality: str, kind: str = "periodic") -> dict[str, Any]:
+def line_style(
+    type_: str,
+    period: int,
+    criticality: str,
+    colors: Mapping[str, str] = LOCUS_COLORS,
+    kind: str = "periodic",
+) -> dict[str, Any]:
     """Return the line properties of a segment of a locus."""
     own = {"LP": "-" if kind == "equilibrium" else FOLD, **CONTACT_DASHES}
     return {
-        "color": locus_color(type_),
+        "color": locus_color(type_, colors),
         "linestyle": own.get(type_, DASHES[criticality]),
         "linewidth": WIDTHS.get(period, 0.7),
     }
@@ -143,33 +149,39 @@ MARK_NAMES = {
 
 
 def legend_options(
-    diagrams: Sequence[LocusDiagram], regions: bool = True, width: float = np.inf
+    diagrams: Sequence[LocusDiagram],
+    colors: Mapping[str, str] = LOCUS_COLORS,
+    regions: bool = True,
+    width: float = np.inf,
 ) -> dict[str, Any]:
     """Return what a legend shows, with lines, markers and shades in a column each if they fit."""
-    groups = [_lines(diagrams), _marks(diagrams), _shades(diagrams) if regions else []]
+    groups = [_lines(diagrams, colors), _marks(diagrams), _shades(diagrams) if regions else []]
     groups = [group for group in groups if group]
     # A column is 1.9 inches wide.
     columns = max(int(min(width / 1.9, len(groups))), 1)
     if columns == len(groups):
         rows = max(map(len, groups), default=0)
-        nothing = Line2D([], [], linestyle="none", label=" ")
-        groups = [group + [nothing] * (rows - len(group)) for group in groups]
+        groups = [group + [_nothing()] * (rows - len(group)) for group in groups]
     handles = [handle for group in groups for handle in group]
     return {"handles": handles, "ncols": columns, "handlelength": 2.8, "fontsize": SIZE}
 
 
-def _lines(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
+def _nothing() -> Artist:
+    return Line2D([], [], linestyle="none", label=" ")
+
+
+def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[Artist]:
     kinds = {
         (locus.type, locus.period, segment.kind, locus.kind, locus.quantity)
         for diagram in diagrams
         for locus in diagram.loci
         for segment in locus_segments(locus)
     }
-    order = [*LOCUS_COLORS, *CONTACT_DASHES]
+    order = [*colors, *CONTACT_DASHES]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
         text = locus_title(kind[0], kind[1], *kind[3:]) + ", " * bool(kind[2]) + kind[2]
-        handles.append(Line2D([], [], label=text, **line_style(*kind[:4])))
+        handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colors, kind[3])))
     return handles
 
 
@@ -225,6 +237,7 @@ def draw_loci(
     diagram: LocusDiagram,
     ax: Axes | None = None,
     *,
+    colors: Mapping[str, str] = LOCUS_COLORS,
     window: Window | None = None,
     regions: bool = True,
     annotate: bool = True,
@@ -251,7 +264,7 @@ def draw_loci(
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
         for segment in locus_segments(locus):
-            style = line_style(locus.type, locus.period, segment.kind, locus.kind)
+            style = line_style(locus.type, locus.period, segment.kind, colors, locus.kind)
             ax.plot(*segment.points.T, **style)
     for mark in locus_marks(diagram.loci, diagram.window):
         ax.plot(*mark.values, **mark_style(mark.type))
@@ -264,17 +277,24 @@ def draw_loci(
         assert figure is not None
         # Five lines below the axes: clear of the numbers and the name of the parameter.
         ax.legend(
-            **legend_options([diagram], regions, figure.get_figwidth()),
+            **legend_options([diagram], colors, regions, figure.get_figwidth()),
             loc="upper center",
             bbox_to_anchor=(0.5, 0.0),
             borderaxespad=5.0,
         )
     if annotate:
-        name_loci(ax, diagram, regions=regions)
+        name_loci(ax, diagram, colors=colors, regions=regions)
     return ax
 
 
-def name_loci(ax: Axes, diagram: LocusDiagram, *, regions: bool = True) -> None:
+def name_loci(
+    ax: Axes,
+    diagram: LocusDiagram,
+    *,
+    colors: Mapping[str, str] = LOCUS_COLORS,
+    regions: bool = True,
+    without: Window | None = None,
+) -> None:
     """Name the points of codimension two of a picture, its loci and its regions.
 
     What is drawn later may be covered by a name, or may move it.
@@ -283,13 +303,17 @@ def name_loci(ax: Axes, diagram: LocusDiagram, *, regions: bool = True) -> None:
     labels = []
     for mark in locus_marks(diagram.loci, diagram.window):
         place = np.array([mark.values])
-        if mark.name and len(within(ax, place)):
+        hidden = without is not None and all(
+            low <= value <= high for value, (low, high) in zip(mark.values, without, strict=True)
+        )
+        if mark.name and not hidden and len(within(ax, place)):
             labels.append(Label(mark.name, place))
     for locus in diagram.loci:
         anchors = within(ax, _anchors(locus))
         if len(anchors):
-            color = locus_color(locus.type)
-            labels.append(Label(_name(locus), anchors, color, 7.5, leader=False))
+            labels.append(
+                Label(_name(locus), anchors, locus_color(locus.type, colors), 7.5, leader=False)
+            )
     if regions and diagram.regions is not None:
         labels += region_labels(ax, diagram.regions)
     place_labels(ax, labels)

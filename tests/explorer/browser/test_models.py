@@ -122,6 +122,6 @@ def test_a_model_that_vibrates_by_itself_opens_on_its_cycle(context, tmp_path):
         # Cycles of every amplitude at eps = 0 leave the scale to the others.
         assert explorer.ranges()[3] < 2
         explorer.open("model=rayleigh&vary=omega&span=0.2~2")
-        expect(title).to_contain_text("omega = 1: cycle of 6.381")
+        expect(title).to_contain_text("ω = 1: cycle of 6.381")
         explorer.page.close()
         assert explorer.faults == []

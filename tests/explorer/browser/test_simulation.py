@@ -111,8 +111,15 @@ def test_a_sweep_is_drawn_as_it_comes_and_stays_when_it_is_stopped(explorer):
     page = explorer.open("model=duffing&span=0.8~1.4").page
     page.get_by_role("button", name="Sweep up and down").click()
     up = page.locator(".motion-layer .up")
-    page.wait_for_function("() => document.querySelector('.motion-layer .up').dataset.count >= 10")
-    page.get_by_role("button", name="Stop the sweep").click()
+    # Within the page: a sweep may end before a click from outside arrives.
+    page.wait_for_function(
+        """() => {
+            if (!(document.querySelector(".motion-layer .up").dataset.count >= 10)) return false;
+            const buttons = [...document.querySelectorAll(".sweep-control button")];
+            buttons.find((button) => button.textContent === "Stop the sweep").click();
+            return true;
+        }"""
+    )
     expect(page.locator(".sweep-control [role=status]")).to_have_text("Stopped.")
     count = int(up.get_attribute("data-count"))
     assert up.get_attribute("d").count("M") == count >= 10

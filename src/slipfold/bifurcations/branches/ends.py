@@ -148,7 +148,7 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
         if margin < (BIFURCATION.close_to_limit - 1) * room:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
-    if size_in_scales(orbits, last) > BIFURCATION.runs_away:
+    if not singular and size_in_scales(orbits, last) > BIFURCATION.runs_away:
         return failure.kind, far_away(orbits, last, "")
     met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
     if met and not singular and orbits.kind == "equilibrium":

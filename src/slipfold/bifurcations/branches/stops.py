@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
@@ -26,8 +27,8 @@ class StopRules:
     family: int = 150
     # Equilibria with one value of the parameter, none of them singular, after which they run away
     away: int = 10
-    # Largest state of an orbit, in its scale, beyond which the orbit runs away, as at an undamped
-    # resonance: multipliers come within 1e-5 of one, and rounding makes branch points
+    # Distance from the first orbit, in scales of states, beyond which an orbit runs away, as at an
+    # undamped resonance: multipliers come within 1e-5 of one, and rounding makes branch points
     far: float = 5e4
     # Change of the parameter, in spans, that counts as zero: special points are located more
     # exactly, so that all further ones would have the same value
@@ -152,7 +153,10 @@ class Families:
         value = orbits.value(interval.point.z)
         rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value  # that is rounding
         many = len(interval.traced.points) >= STOP.family
-        far = orbits.kind != "equilibrium" and size_in_scales(orbits, interval.point) > STOP.far
+        first = interval.traced.points[0]  # a vibration about a large mean does not run away
+        start = first.curve.orbits.nodes(first.z)[0]
+        moved = size_in_scales(orbits, interval.point, start)
+        far = orbits.kind != "equilibrium" and moved > STOP.far
         if (many or far) and _in_family(points):
             reason = (
                 f"{len(points)} orbits have the same {orbits.vary} = {rounded:.9g}: they are a "
@@ -171,7 +175,10 @@ class Families:
 
 
 def _in_family(points: Sequence[OrbitPoint]) -> bool:
-    """Whether the parameter is constant, and not as in a canard explosion, by its folds."""
+    """Whether the parameter is constant and every orbit is singular.
+
+    In a canard explosion the parameter is constant as well, but orbits are regular.
+    """
     values = [point.z[-1] for point in points]
     folds = all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points)
     return max(values) - min(values) <= STOP.constant and folds
@@ -184,18 +191,19 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
 
 
-def size_in_scales(orbits: Orbits, point: OrbitPoint) -> float:
-    """Return the largest state of an orbit, in the scales of states."""
-    return float(np.abs(orbits.nodes(point.z) / orbits.scales).max())
+def size_in_scales(orbits: Orbits, point: OrbitPoint, start: Array | float = 0.0) -> float:
+    """Return the largest distance of an orbit from a state, in the scales of states."""
+    return float(np.abs((orbits.nodes(point.z) - start) / orbits.scales).max())
 
 
 def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
     """Say which state has become large."""
-    state = orbits.nodes(point.z)[0]
-    farthest = int(np.abs(state / orbits.model.state_scales()).argmax())
+    nodes = orbits.nodes(point.z)
+    node, farthest = divmod(int(np.abs(nodes / orbits.scales).argmax()), nodes.shape[1])
     name = orbits.flow.output_names[farthest]
     what = orbits.kind if orbits.kind == "equilibrium" else "orbit"
+    state = nodes[node, farthest]
     return (
-        f"the {what} runs away to {name} = {state[farthest]:.4g}{where}; a limit of {name} ends "
-        "the branch earlier"
+        f"the {what} runs away to {name} = {state:.4g}{where}; a limit of {name} ends the branch "
+        "earlier"
     )
