@@ -212,7 +212,8 @@ def test_plot_of_what_there_is_not(tmp_path):
         ("--measure", "mean"): "mean",
         ("--kind", "phase"): "kind = 'phase' is unknown; give response, spectrum",
         ("--contact", "pad"): "kind = 'response' has no contact; leave it out, or give output",
-        ("--out", str(tmp_path / "x.gif")): "give .png, .pdf or .svg",
+        ("--out", str(tmp_path / "x.gif")): "give .png, .pdf or .svg, or .csv of a response",
+        ("--out", str(tmp_path / "x.csv"), "--at", "1"): "--at is of figures only",
         ("--out", str(tmp_path / "none" / "x.png")): "does not exist",
     }.items():
         assert_refused(run("plot", str(path), *arguments), word)

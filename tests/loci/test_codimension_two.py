@@ -136,10 +136,7 @@ def test_folds_of_the_reaction_end_at_its_bautin_point():
     assert not of_type(found, "BP")
     # From the other end it is the same locus.
     other = sf.locus(points_of(REACTION, "p1", (0, 0.5), "HB", WHOLE), *plane)
-    assert [(locus.type, locus.kind) for locus in other.loci] == [
-        ("HB", "equilibrium"),
-        ("LP", "periodic"),
-    ]
+    assert [(x.type, x.kind) for x in other.loci] == [("HB", "equilibrium"), ("LP", "periodic")]
     assert other.loci[1].values[[0, -1]] == pytest.approx(cycles.values[[0, -1]], abs=1e-7)
 
 

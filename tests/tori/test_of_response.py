@@ -224,7 +224,7 @@ def test_the_command(tmp_path):
     assert torus["stopped"]["kind"] == "span"
 
 
-def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
+def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch(tmp_path):
     # At the Neimark-Sacker point it ends where the same tori are born.
     found = of_the_sliding_oscillator()
     assert found.branches == ()
@@ -236,6 +236,12 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
     assert down.stopped.kind == "span"
     assert up.stable[:-3].all()
     assert "begin on an attractor, at Nd = 0.155 N" in found.summary()
+    found.save(tmp_path / "x.nc")
+    for measure in ("rms", "max"):  # rms is not known of tori
+        out = ["--out", str(tmp_path / "x.csv"), "--measure", measure]
+        assert run("plot", str(tmp_path / "x.nc"), *out).exit_code == 0
+    rows = [line.split(",")[1] for line in (tmp_path / "x.csv").read_text().splitlines()[1:]]
+    assert [float(value) for value in rows] == [*up.parameter, *down.parameter]
     # Over two periods a simulation leads along the circle by the rotation number.
     model, circle = sf.SlidingOscillator(f=12.5, Nd=0.155), up.circle(0)
     motion = sf.simulate(model, 2, circle[0])

@@ -91,23 +91,29 @@ def plot(
     path = Path(result).with_suffix(".png") if out is None else Path(out)
     form = path.suffix.lower().lstrip(".")
     if form not in (*FORMATS, "csv"):
-        raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
+        raise InputError(
+            f"{path} has no known ending; give .png, .pdf or .svg, or .csv of a response"
+        )
     check_writable(path)
     saved = load(result)
-    if form == "csv":
-        if not isinstance(saved, Diagram):
-            raise InputError(f"{path} can hold only a response; give .png, .pdf or .svg")
-        write_file(path, _rows(saved, output, measure or "max").encode())
-        note(f"wrote {path}")
-        return
     options = {
         "output": output,
         "measure": measure,
         "kind": kind,
         "contact": contact,
         "quantity": quantity,
+        "measured": measured,
+        "at": at,
     }
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if form == "csv":
+        if not isinstance(saved, Diagram):
+            raise InputError(f"{path} can hold only a response; give .png, .pdf or .svg")
+        if refused := sorted(given.keys() - {"output", "measure"}):
+            raise InputError(f"--{refused[0]} is of figures only, not of {path}; leave it out")
+        write_file(path, _rows(saved, output, measure or "max").encode())
+        note(f"wrote {path}")
+        return
     if measured is not None:
         from slipfold.parameter_space.measurement import read_measurement
 
@@ -126,23 +132,30 @@ def plot(
 
 
 def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
-    """Return the points that a figure of a response draws as CSV, a row each."""
-    from slipfold.lines import STUCK, is_level, level_unit, measured_along, measured_at, parts_of
+    """Return the points of a response as CSV, a row each; of tori there are only extrema."""
+    from slipfold import lines
     from slipfold.models.levels import unit_of
     from slipfold.results.tables import Frame
 
-    model, shown, parts = diagram.model, output or diagram.model.shown[0], parts_of(measure)
+    model, shown, parts = diagram.model, output or diagram.model.shown[0], lines.parts_of(measure)
     rows: list[tuple[Any, ...]] = []
     for branch in diagram.branches:
-        values = [measured_along(branch, shown, part) for part in parts]
+        values = [lines.measured_along(branch, shown, part) for part in parts]
         known = [*zip(branch.arclength, branch.parameter, *values, [""] * len(branch), strict=True)]
         for item in branch.special:
-            value = [measured_at(item, shown, part) for part in parts]
+            value = [lines.measured_at(item, shown, part) for part in parts]
             known.append((item.arclength, item.value, *value, item.type))
         rows += [(branch.id, *row) for _, *row in sorted(known, key=lambda each: each[0])]
+    none = measure in (lines.STUCK, lines.RMS) or lines.is_level(measure)
+    for tori in diagram.tori:
+        extrema = [
+            [""] * len(tori) if none else lines.measure_of(tori.extrema, shown, p) for p in parts
+        ]
+        rows += [(tori.id, *row, "") for row in zip(tori.parameter, *extrema, strict=True)]
     heads = [f"{part.partition(' re ')[0]} {shown}" for part in parts]
     names = "branch", diagram.vary, *heads, "type"
-    unit = "" if measure == STUCK else unit_of(model, shown)
-    unit = level_unit(model, shown, measure) if is_level(measure) else unit
+    unit = "" if measure == lines.STUCK else unit_of(model, shown)
+    unit = lines.level_unit(model, shown, measure) if lines.is_level(measure) else unit
     units = {diagram.vary: model.parameter(diagram.vary).unit, **dict.fromkeys(heads, unit)}
-    return Frame(dict(zip(names, zip(*rows, strict=True), strict=True)), units).to_csv()
+    columns = {name: [row[i] for row in rows] for i, name in enumerate(names)}
+    return Frame(columns, units).to_csv()
