@@ -114,6 +114,7 @@ def test_starts_that_cannot_be_used_are_refused(arguments, words):
         sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.5), **arguments)
 
 
+GIVEN = {"parameters": {"p": 1.0}, "forcing": {"period": "2*pi"}}
 FREE = {
     "a position": ({"x": "v", "v": "p - 0.1*v + cos(t)"}, "no rate depends on x, so"),
     "two positions": (
@@ -127,10 +128,14 @@ FREE = {
 }
 
 
+def test_states_that_something_determines_are_not_named():
+    rates = {"x": "v", "v": "-1e9*x - p*v", "T": "cos(t) - 1e-4*tanh(T/1e-3)"}
+    assert sf.System(name="held", states=rates, **GIVEN).advice == ""
+
+
 @pytest.mark.parametrize("case", FREE)
 def test_states_that_nothing_determines_are_named(case):
     rates, reason = FREE[case]
-    given = {"parameters": {"p": 1.0}, "forcing": {"period": "2*pi"}}
-    model = sf.System(name="free", states=rates, **given)
+    model = sf.System(name="free", states=rates, **GIVEN)
     with pytest.raises(sf.InputError, match=reason.replace("+", ".")):
         sf.response(model, vary="p", span=(0.5, 2))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -184,22 +185,11 @@ def test_whoever_interrupts_a_check_has_what_is_done(monkeypatch):
         raise KeyboardInterrupt
 
     assert check_some(candidates(), 1000).count == 1
-
-
-def test_progress_counts_what_is_compared_and_an_interruption_loses_none_of_it(monkeypatch):
-    orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
-    candidates = [Candidate(f"orbit {i}", orbit, resting=False) for i in range(3)]
-    counted, compare, calls = [], choice.orbit_differences, []
-
-    def interrupted(*given):
-        calls.append(given)
-        if len(calls) == 1:
-            raise KeyboardInterrupt
-        return compare(*given)
-
-    monkeypatch.setattr(choice, "orbit_differences", interrupted)
+    counted = []
+    compare = Mock(side_effect=[KeyboardInterrupt, [choice.Difference(0.0)] * 3])
+    monkeypatch.setattr(choice, "orbit_differences", compare)
     monkeypatch.setattr(choice, "CHECKS", dataclasses.replace(CHECKS, together=60))
-    found = check_some(candidates, 1000, counted.append)
+    found = check_some([Candidate("orbit", orbit, resting=False)] * 3, 1000, counted.append)
     assert (found.count, found.interrupted, counted) == (3, True, [0, 0, 0])
 
 

@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -116,17 +116,8 @@ def test_a_forced_model_is_looked_through_for_a_parameter_with_a_bifurcation():
 
 
 def test_a_parameter_over_which_nothing_can_be_computed_does_not_end_the_search(monkeypatch):
-    duffing, asked = sf.built_in_models()["duffing"]().replace(W=1.2), []
-
-    def response(model, vary, span, **others):
-        asked.append(vary)
-        if len(asked) == 1:
-            raise ZeroDivisionError
-        return SimpleNamespace(branches=())
-
-    monkeypatch.setattr(first_views, "response", response)
-    assert screened(duffing, "d") == [{"vary": None, "done": True}]
-    assert len(asked) == len(duffing.variable_parameters) - 1
+    monkeypatch.setattr(first_views, "response", Mock(side_effect=ZeroDivisionError))
+    assert screened(sf.built_in_models()["duffing"](), "d") == [{"vary": None, "done": True}]
 
 
 def test_a_mathieu_equation_is_first_shown_over_the_threshold_of_its_tongue():

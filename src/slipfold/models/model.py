@@ -230,20 +230,25 @@ class Model(ABC):
     def advice(self) -> str:
         """Why a motion may not be found, and the way out, as a clause; empty if not known.
 
-        Jacobians at eight states show whether states can be displaced together without effect, or
-        whether a sum of states never changes. Then no equilibrium and no orbit is isolated.
+        Jacobians near to the start and far from it show whether states can be displaced together
+        without effect, or a sum of states never changes. Then no equilibrium or orbit is isolated.
         """
-        around = np.random.default_rng(0).uniform(0.5, 1.5, (8, len(self.states)))
-        jacobians = evaluation_of(self).linear(self, around, np.linspace(0, 1, len(around)))[1]
-        if not np.isfinite(jacobians).all():
+        scales, phases = self.state_scales(), np.linspace(0, 1, 32)
+        random, sizes = np.random.default_rng(0), 10.0 ** (10 * phases - 7)  # forces may saturate
+        sizes *= random.choice([-1, 1], 32)
+        away = sizes[:, None] * random.uniform(0.5, 1.5, (32, len(scales)))
+        jacobians = evaluation_of(self).linear(self, self.start + scales * away, phases)[1]
+        known = np.isfinite(jacobians).all(axis=(1, 2))
+        if not known.any():
             return ""
-        free = self._named_null_vector(np.concatenate(jacobians))
+        jacobians = jacobians[known] * (scales / scales[:, None])
+        free = self._named_null_vector(np.concatenate(jacobians), scales)
         if free:
             return (
                 f"no rate depends on {free}, so that nothing determines it; leave it out, or let "
                 "a restoring force or rate depend on it"
             )
-        kept = self._named_null_vector(np.concatenate(jacobians.swapaxes(1, 2)))
+        kept = self._named_null_vector(np.concatenate(jacobians.swapaxes(1, 2)), 1 / scales)
         if kept:
             return (
                 f"{kept} never changes, so that no equilibrium or orbit is isolated; eliminate one "
@@ -251,19 +256,25 @@ class Model(ABC):
             )
         return ""
 
-    def _named_null_vector(self, rows: Array) -> str:
+    def _named_null_vector(self, rows: Array, units: Array) -> str:
         """Return the only combination of states to which all rows are orthogonal; empty if none.
 
-        Shapes: rows (r, n).
+        Slow rates count as much as fast ones. Shapes: rows (r, n); units (n,).
         """
+        largest = np.abs(rows).max(axis=1, keepdims=True)
+        rows = rows / np.where(largest > 0, largest, 1.0)
         _, sizes, vectors = np.linalg.svd(rows, full_matrices=False)
         if sizes[-1] > 1e-12 * sizes[0] or (len(sizes) > 1 and sizes[-2] <= 1e-12 * sizes[0]):
             return ""
-        weights = vectors[-1] / vectors[-1][np.abs(vectors[-1]).argmax()]
+        vector = np.where(np.abs(vectors[-1]) > 1e-9, vectors[-1], 0.0)
+        if (np.abs(rows @ vector) > 1e-12 * (np.abs(rows) @ np.abs(vector))).any():
+            return ""
+        vector *= units
+        weights = vector / vector[np.abs(vector).argmax()]
         terms = [
             state.name if abs(weight - 1) < 1e-9 else f"{weight:.6g}*{state.name}"
             for state, weight in zip(self.states, weights, strict=True)
-            if abs(weight) > 1e-9
+            if weight != 0
         ]
         return " + ".join(terms).replace("+ -1*", "- ").replace("+ -", "- ")
 

@@ -92,20 +92,12 @@ class SwitchedShooting(Shooting):
         system = self.switched.system(nodes[0], constants, energies=False)
         return min(grazing_distances(system, nodes[0], self.round(nodes, constants)), default=None)
 
-    def holds_more(
-        self, nodes: Array, constants: Constants, which: int | None, phase: float
-    ) -> bool:
-        """Whether a contact, or each if none is given, has more static friction than kinetic.
-
-        At a phase. Shapes: nodes (m, n).
-        """
-        state = self.states(nodes, constants, np.array([phase]))[0]
-        now = self.switched.quantities.at(state, phase, constants)
-        more = [
-            held > (1 + CONTACT.slack) * slips
-            for held, slips in zip(now.holding, now.starting, strict=True)
-        ]
-        return all(more) if which is None else more[which]
+    def holds_more(self, nodes: Array, values: Constants, which: int | slice, phase: float) -> bool:
+        """Whether contacts have more static friction than kinetic. Shapes: nodes (m, n)."""
+        state = self.states(nodes, values, np.array([phase]))[0]
+        now = self.switched.quantities.at(state, phase, values)
+        more = np.array(now.holding) > (1 + CONTACT.slack) * np.array(now.starting)
+        return bool(more[which].all())
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
         """Return the slowest growth of the force that friction lacks where it releases a contact.

@@ -384,7 +384,7 @@ def _holds_more(point: OrbitPoint) -> bool:
         return False
     change = by if isinstance(by, MarginalShooting) else MarginalShooting.at(by, *at, "GRAZE")
     if change is None:
-        return by.holds_more(*at, None, float(by.start[0]))
+        return by.holds_more(*at, slice(None), float(by.start[0]))
     return by.holds_more(*at, change.met.event.which, change.met.phase)
 
 

@@ -126,8 +126,7 @@ def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) 
             branches = response(model, name, (span[0], span[1]), on_progress=watch).branches
         except (*BREAKDOWNS, InputError):
             continue
-        special = branches[0].special if branches else ()
-        points = [point for point in special if point.type in BIFURCATION_TYPES]
+        points = [p for each in branches[:1] for p in each.special if p.type in BIFURCATION_TYPES]
         if points:
             value = number(certain(points[0].value, points[0].uncertainty))
             send({"vary": name, "span": span, "type": points[0].type, "value": value, "done": True})
