@@ -86,6 +86,7 @@ def test_a_root_that_turns_negative_ends_the_branch() -> None:
     assert float(np.ptp(branch.parameter)) > 0.9
 
 
+@pytest.mark.parametrize("calls", [slice(3), pytest.param(slice(3, 6), marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("study", "routine"),
     [
@@ -94,10 +95,10 @@ def test_a_root_that_turns_negative_ends_the_branch() -> None:
     ],
 )
 def test_a_breakdown_ends_a_branch_with_a_sentence(
-    study: Callable[[], sf.Diagram], routine: str, monkeypatch: pytest.MonkeyPatch
+    study: Callable[[], sf.Diagram], routine: str, calls: slice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sound = _sound(study)
-    for from_call in np.random.default_rng(5).integers(3, 200, 3):
+    for from_call in np.random.default_rng(5).integers(3, 200, 6)[calls]:
         with monkeypatch.context() as patch:
             _breaking(patch, routine, int(from_call))
             try:

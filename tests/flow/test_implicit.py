@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from helpers.dry_friction import belt
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
 
@@ -45,11 +46,7 @@ LAWS = {
 
 def rubbing(law):
     """A mass that rubs on the ground at up to 78 m/s, back and forth."""
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
-    force = sf.HarmonicForce("x", F=FORCE)
-    return sf.Structure(
-        [[1.0]], [[DAMPING]], [[SPRING]], names="x", contacts=contact, forcing=force, f=1.0
-    )
+    return belt(law, 0.0, DAMPING, stiffness=SPRING, force=FORCE, f=1.0)
 
 
 @pytest.fixture(scope="module", params=["LuGre", "Jenkins"])

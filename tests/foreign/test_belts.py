@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from helpers.dry_friction import belt
 from slipfold import PeriodicOrbit
 
 STRIBECK = sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2)
@@ -52,8 +53,7 @@ RARELY = ("atan", "sqrt", "rational", "cubic")
 )
 def test_a_stick_slip_cycle_is_found_followed_and_what_an_implicit_integrator_has(name):
     law, load = LAWS[name], 4.0
-    belt = sf.FrictionContact("x", law, load=load, Vd=0.3)
-    model = sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt)
+    model = belt(law, 0.3, 0.4, load=load, stiffness=100.0)
     (branch,) = sf.response(model, vary="Vd", span=(0.3, 0.2), settled=True).branches
     assert branch.stopped.kind == "span"
     last = branch.nodes[-1, 0]
@@ -76,11 +76,7 @@ def test_a_stick_slip_cycle_is_found_followed_and_what_an_implicit_integrator_ha
 @pytest.mark.parametrize("law", [sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), sf.Dahl(s0=1e5)])
 def test_stiff_bristles_in_large_reversing_slip(law):
     # They relax two million times a second where the slip is fastest.
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
-    force = sf.HarmonicForce("x", F=30)
-    model = sf.Structure(
-        [[1.0]], [[0.1]], [[100.0]], names="x", contacts=contact, forcing=force, f=1.0
-    )
+    model = belt(law, 0.0, 0.1, stiffness=100.0, force=30, f=1.0)
     motion = sf.simulate(model, periods=1)
 
     def rates(t, q):
@@ -103,11 +99,7 @@ def test_stiff_bristles_in_large_reversing_slip(law):
 )
 def test_the_response_of_stiff_friction_in_large_reversing_slip_is_found_and_followed(law):
     # The slider of the first gives way within a millionth of the period: no response was found.
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
-    force = sf.HarmonicForce("x", F=30)
-    model = sf.Structure(
-        [[1.0]], [[0.1]], [[100.0]], names="x", contacts=contact, forcing=force, f=1.0
-    )
+    model = belt(law, 0.0, 0.1, stiffness=100.0, force=30, f=1.0)
     diagram = sf.response(model, vary="f", span=(1.0, 1.05))
     (branch,) = diagram.branches
     assert (branch.stopped.kind, diagram.checked.agree) == ("span", True)
@@ -127,8 +119,7 @@ def test_the_response_of_stiff_friction_in_large_reversing_slip_is_found_and_fol
 def test_a_cycle_with_stiff_bristles_is_settled_on():
     # Ten thousand Taylor steps are a round: too few rounds were seen to tell.
     law, load, speed = sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2, s0=1e5), 4.0, 0.3
-    belt = sf.FrictionContact("x", law, load=load, Vd=speed)
-    motion = sf.simulate(sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt))
+    motion = sf.simulate(belt(law, speed, 0.4, load=load, stiffness=100.0))
     assert motion.settlement.kind == "cycle"
     start = motion.states[-1]
 
@@ -157,8 +148,7 @@ NEAR_A_CLOSING = [
 def test_a_doubling_just_before_a_branch_closes_is_found_and_where_it_closes_is_known():
     # Its halves then differ by 3e-4 only. Missed, the doubling's own branch closed on nothing.
     law = sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2, s0=1e4)
-    belt = sf.FrictionContact("x", law, load=4.0, Vd=0.76801010973)
-    model = sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt)
+    model = belt(law, 0.76801010973, 0.4, load=4.0, stiffness=100.0)
     nodes, around = np.array(NEAR_A_CLOSING), np.ones(3, dtype=complex)
     given = PeriodicOrbit(model.replace(duration=0.628832038789), 4, nodes, around, np.nan)
     settings = sf.Settings(largest_period=4)

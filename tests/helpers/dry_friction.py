@@ -40,25 +40,19 @@ friction = { law = "Coulomb", mu_s = "0.6", mu_k = "0.3" }
 """A forced mass on a belt; friction is less in slip, so that its responses end where it begins."""
 
 
-def belt(law, speed=0.2, damping=0.0):
-    """A mass on a belt: k = m = 1, normal force 1, damping of the absolute velocity."""
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=speed)
-    C = [[damping]] if damping else None
-    return sf.Structure([[1.0]], C, [[1.0]], names="x", contacts=contact)
+def belt(law, speed=0.2, damping=0.0, *, load=1.0, stiffness=1.0, force=None, **others):
+    """A mass of 1 on a belt, or a floor; damping is of the absolute velocity."""
+    given = {"contacts": sf.FrictionContact("x", law, load=load, Vd=speed), **others}
+    if force is not None:
+        given["forcing"] = sf.HarmonicForce("x", F=force)
+    damped = [[damping]] if damping else None
+    return sf.Structure([[1.0]], damped, [[stiffness]], names="x", **given)
 
 
 def den_hartog(frequency, slip, stick=None):
     """A mass on a floor, forced: x'' + x = cos(W t) - friction."""
     law = sf.Coulomb(mu_s=slip if stick is None else stick, mu_k=slip)
-    return sf.Structure(
-        [[1.0]],
-        None,
-        [[1.0]],
-        names="x",
-        contacts=sf.FrictionContact("x", law, load=1.0, Vd=0.0),
-        forcing=sf.HarmonicForce("x", F=1.0),
-        f=frequency / (2 * math.pi),
-    )
+    return belt(law, 0.0, force=1.0, f=frequency / (2 * math.pi))
 
 
 def rubbing(**values):

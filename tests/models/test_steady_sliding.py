@@ -6,6 +6,7 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, end_of, rhs
+from helpers.dry_friction import belt
 from slipfold import Coulomb, InputError, LuGre, SlidingOscillator, Stribeck, Unforced
 from slipfold.models.model import evaluation_of
 from slipfold.models.registry import model_named
@@ -34,12 +35,6 @@ def growth_by_hand(values, point):
     step = 1e-30
     columns = [rates_by_hand(0, point + 1j * step * e, values).imag / step for e in np.eye(4)]
     return np.linalg.eigvals(np.transpose(columns)).real.max()
-
-
-def belt(load=1.0, **others):
-    """System 11 of the textbook as a structure."""
-    contact = sf.FrictionContact("x", BELT, load=load, Vd=1.5)
-    return sf.Structure(M=[[1.0]], C=[[0.1]], K=[[1.0]], names="x", contacts=contact, **others)
 
 
 def test_the_forcing_leaves_no_parameter_behind():
@@ -92,7 +87,7 @@ def test_onset_of_squeal_by_falling_friction():
 
 
 def test_a_structure_under_constant_loads_is_autonomous_by_itself():
-    model = belt()
+    model = belt(BELT, 1.5, 0.1)  # system 11 of the textbook as a structure
     assert not model.forced
     assert model.parameters[0].name == "duration"
     with pytest.raises(InputError, match="structure is autonomous already"):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 import slipfold as sf
+from helpers.dry_friction import belt
 from slipfold.bifurcations.branches.progress import SEARCHING
 from slipfold.orbits import first_orbits
 
@@ -12,11 +13,7 @@ from slipfold.orbits import first_orbits
 @pytest.fixture(scope="module")
 def slider():
     # It gives way within a millionth of the period.
-    contact = sf.FrictionContact("x", sf.Jenkins(kt=1e5), load=1.0, Vd=0.0)
-    force = sf.HarmonicForce("x", F=30)
-    return sf.Structure(
-        [[1.0]], [[0.1]], [[100.0]], names="x", contacts=contact, forcing=force, f=1.0
-    )
+    return belt(sf.Jenkins(kt=1e5), 0.0, 0.1, stiffness=100.0, force=30, f=1.0)
 
 
 def test_a_search_tells_of_every_period_and_may_be_stopped_there(slider):

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from helpers.dry_friction import belt
 
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
 PAIR = np.array([[2.2, -1.2], [-1.2, 2.2]])
@@ -97,20 +98,16 @@ def pair(f, static):
 def pulsed(f, static, kinetic, speed):
     """A shaken mass on a belt under a load that pulsates."""
     (law, mu), rate = stribeck(static, kinetic, speed), 2 * math.pi * f
-    contact = sf.FrictionContact("x", law, load=sf.ModulatedLoad(Ns=1.0, Nd=0.6), Vd=0.4)
-    force = sf.HarmonicForce("x", F=0.5)
-    parts = {"names": "x", "contacts": contact, "forcing": force, "f": f}
+    model = belt(law, 0.4, 0.15, load=sf.ModulatedLoad(Ns=1.0, Nd=0.6), force=0.5, f=f)
     own = [(0.4, lambda t: 1 + 0.6 * math.cos(rate * t), mu, static)]
-    model = sf.Structure([[1.0]], [[0.15]], [[1.0]], **parts)
     return model, Masses([[1.0]], [0.15], [0.5], rate, own)
 
 
 def excited(surface, static, kinetic, speed):
     """A mass that its belt excites."""
     law, mu = stribeck(static, kinetic, speed)
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=surface)
-    model = sf.Structure([[1.0]], [[0.05]], [[1.0]], names="x", contacts=contact)
-    return model, Masses([[1.0]], [0.05], [0.0], 1.0, [(surface, lambda t: 1.0, mu, static)])
+    own = [(surface, lambda t: 1.0, mu, static)]
+    return belt(law, surface, 0.05), Masses([[1.0]], [0.05], [0.0], 1.0, own)
 
 
 @pytest.mark.parametrize(

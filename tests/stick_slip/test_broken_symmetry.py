@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.dry_friction import DUFFING_ON_BELT
+from helpers.dry_friction import DUFFING_ON_BELT, belt
 
 FLOOR = (
     DUFFING_ON_BELT.replace("1.0 - v", "-v").replace("- x - 0.1*v - 0.3*x^3", "- 0.1*v - x^3")
@@ -78,9 +78,7 @@ def test_symmetry_breaks_where_another_integrator_finds_it(branches):
 def test_orbits_of_broken_symmetry_close_on_the_branch_point_that_they_began_at():
     # Beside it Newton's method is singular; the fold there says where it is.
     law = sf.Stribeck(mu_s=0.35, mu_k=0.3, vs=0.1, exponent=1)
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
-    force = sf.HarmonicForce("x", F=1.0)
-    model = sf.Structure([[1]], None, [[1]], names="x", contacts=contact, forcing=force, f=0.06)
+    model = belt(law, 0.0, force=1.0, f=0.06)
     settings = sf.Settings(largest_period=1)
     orbit = sf.periodic_orbit(model)
     whole, broken = sf.response(orbit, vary="f", span=(0.06, 0.09), settings=settings).branches

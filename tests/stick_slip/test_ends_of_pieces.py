@@ -1,25 +1,17 @@
 """Where a smooth piece of a branch ends: an estimate saves points, and changes no result."""
 
-import math
-
 import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.dry_friction import den_hartog
 from slipfold.bifurcations.branches import switching_boundaries
 from slipfold.continuation import pieces
 
 
 def test_end_of_piece_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     """Den Hartog's oscillator ceases to stick at the same place with a third of the points."""
-    model = sf.Structure(
-        [[1.0]],
-        K=[[1.0]],
-        names="x",
-        contacts=sf.FrictionContact("x", sf.Coulomb(mu_k=0.5), load=1.0, Vd=0.0),
-        forcing=sf.HarmonicForce("x", F=1.0),
-        f=0.6 / (2 * math.pi),
-    )
+    model = den_hartog(0.6, 0.5)
     counts, ends, computed = [], [], [0]
     correct, locate = pieces.correct, pieces.locate_boundary
 

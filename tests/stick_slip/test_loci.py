@@ -31,11 +31,7 @@ def ends():
 
 def shaken(frequency, speed, law=CONSTANT):
     """A mass on a belt that a force shakes as well."""
-    contact = sf.FrictionContact("x", law, load=0.4, Vd=speed)
-    force = sf.HarmonicForce("x", F=1.0)
-    return sf.Structure(
-        [[1.0]], [[0.1]], [[1.0]], names="x", contacts=contact, forcing=force, f=frequency
-    )
+    return belt(law, speed, 0.1, load=0.4, force=1.0, f=frequency)
 
 
 @pytest.fixture(scope="module")

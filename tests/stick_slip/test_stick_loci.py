@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.dry_friction import DUFFING_ON_BELT
+from helpers.dry_friction import DUFFING_ON_BELT, belt
 from slipfold.bifurcations.loci.follow import follow_loci
 
 SINGLE = sf.Settings(largest_period=1)
@@ -33,9 +33,7 @@ def most_load(frequency):
 
 def test_turns_of_den_hartogs_orbit_begin_to_stick_on_his_curve():
     law, load = sf.Coulomb(mu_s=MU, mu_k=MU), 1.02 * most_load(0.1)
-    contact = sf.FrictionContact("x", law, load=load, Vd=0.0)
-    force = sf.HarmonicForce("x", F=1.0)
-    model = sf.Structure([[1.0]], None, [[1.0]], names="x", contacts=contact, forcing=force, f=0.1)
+    model = belt(law, 0.0, load=load, force=1.0, f=0.1)
     point = sticks_on(sf.periodic_orbit(model), "Ns", (load, 0.98 * most_load(0.1)))
     (locus,) = follow_loci([point], ("f", "Ns"), ((0.09, 0.12), (1.0, 6.0)))
     assert (locus.type, locus.started.kind, locus.stopped.kind) == ("STICK", "window", "window")

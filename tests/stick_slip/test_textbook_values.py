@@ -42,11 +42,7 @@ def test_free_decay_loses_the_same_amplitude_every_half_cycle_and_then_rests():
 def test_a_forced_start_in_slip_on_a_floor_at_rest():
     # While v > 0: x'' + x = F cos(W t) - mu.
     F, W, mu, start = 0.5, 0.6, 0.4, np.array([0.5, 0.7])
-    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=mu, mu_k=mu), load=1.0, Vd=0.0)
-    force = sf.HarmonicForce("x", F=F)
-    model = sf.Structure(
-        [[1]], None, [[1]], names="x", contacts=contact, forcing=force, f=W / (2 * math.pi)
-    )
+    model = belt(sf.Coulomb(mu_s=mu, mu_k=mu), 0.0, force=F, f=W / (2 * math.pi))
     V = F / (1 - W * W)
     a, b = start[0] + mu - V, start[1]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.dry_friction import sliding
+from helpers.dry_friction import belt, sliding
 from slipfold.flow.contact_trajectory import sample_hybrid
 
 LAW = sf.Coulomb(mu_s=0.5, mu_k=0.25)
@@ -14,8 +14,7 @@ LAW = sf.Coulomb(mu_s=0.5, mu_k=0.25)
 
 def on_a_belt(Vd=0.25):
     """A mass on a belt that lets go when the spring is stretched by half a meter."""
-    contact = sf.FrictionContact("x", LAW, load=1.0, Vd=Vd)
-    return sf.Structure([[1.0]], None, [[1.0]], names="x", contacts=contact, length_scale=1.0)
+    return belt(LAW, Vd, length_scale=1.0)
 
 
 @pytest.mark.parametrize("after", [-2e-14, -2e-15, 0.0, 2e-15, 2e-14])

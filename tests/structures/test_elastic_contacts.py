@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from helpers.dry_friction import belt
 from slipfold.models.friction.law import ContactState
 from slipfold.models.model import evaluation_of
 
@@ -31,15 +32,7 @@ def test_an_elastic_contact_loses_the_energy_of_its_closed_form():
     # A mass on a surface at rest, driven hard enough for the contact to give way. Whatever the
     # motion does between its two turning points, the sharp element loses 4 mu N (a - mu N/kt).
     law = sf.Jenkins(mu_k=0.5, kt=20.0, exponent=16)
-    model = sf.Structure(
-        M=[[1.0]],
-        C=[[0.2]],
-        K=[[10.0]],
-        names="x",
-        contacts=sf.FrictionContact("x", law, load=1.0, Vd=0.0),
-        forcing=sf.HarmonicForce("x", F=2.0),
-        f=0.6,
-    )
+    model = belt(law, 0.0, 0.2, stiffness=10.0, force=2.0, f=0.6)
     orbit = sf.periodic_orbit(model)
     low, high = orbit.extrema.of("x")
 

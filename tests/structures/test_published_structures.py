@@ -154,7 +154,7 @@ def followed(model, first, last):
     return sf.response(model, "f", (first / turn, last / turn), settings=settings).branches[0]
 
 
-def agree(branch, orbits=6):
+def agree(branch, orbits):
     """Special points with their multipliers and some orbits of the branch, by harmonic balance."""
     for point in branch.special:
         found = point.orbit.harmonic_balance()
@@ -169,7 +169,7 @@ def test_nlvib_s_two_masses_with_cubic_springs():
     # Its folds and secondary Hopf points are found there by the multipliers of shooting.
     branch = followed(nlvib_two_masses(), 0.8, 1.4)
     assert sorted(point.type for point in branch.special) == ["LP", "LP", "NS", "NS"]
-    agree(branch)
+    agree(branch, 6)
 
 
 def test_nlvib_s_two_masses_with_a_stop():
@@ -187,7 +187,8 @@ def test_nlvib_s_two_masses_with_a_stop():
         assert found.truncation < 1e-3
 
 
-def test_bifurcations_of_a_chain_of_ten_masses():
+@pytest.mark.parametrize("orbits", [1, pytest.param(6, marks=pytest.mark.long)])
+def test_bifurcations_of_a_chain_of_ten_masses(orbits):
     size, law = 10, sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.3)
     stiffness = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
     chain = sf.Structure(
@@ -201,7 +202,7 @@ def test_bifurcations_of_a_chain_of_ten_masses():
     lowest = 2 * np.sin(np.pi / 22)
     branch = followed(chain, lowest, 1.2 * lowest)
     assert sorted(point.type for point in branch.special) == ["LP", "LP", "NS", "NS"]
-    agree(branch, orbits=1)
+    agree(branch, orbits)
 
 
 def damped(law, load=0.3, force=1.0, f=0.9 / (2 * np.pi)):
