@@ -305,6 +305,25 @@ def test_zero_hopf_point_of_a_symmetry():
     assert [item.type for item in other.special][-1] == "BT"
 
 
+def test_a_hopf_locus_ends_where_its_equilibria_become_symmetric():
+    # x^2 = m and b = 1.5 m: at m = 0 its equilibria are those with x = 0, whose pair is not zero.
+    turn = "b - 1.5*x^2 - 0.2*(y^2 + z^2)"
+    model = sf.System(
+        parameters={"m": 0.1, "b": -0.2},
+        states={
+            "x": {"rate": "x*(m - x^2 + 0.5*(y^2 + z^2))", "start": 0.3},
+            "y": f"y*({turn}) - 2*z",
+            "z": f"z*({turn}) + 2*y",
+        },
+    )
+    hopf = points_of(model, "b", (-0.2, 0.3), "HB", sf.Settings(largest_period=0))
+    (locus,) = sf.locus(hopf, ("m", "b"), ((-0.2, 0.2), (-0.3, 0.3)), switch=False).loci
+    (end,) = (end for end in (locus.started, locus.stopped) if end.kind == "codimension-2")
+    assert end.reason.startswith("the locus ends at ZH, where its orbits become symmetric")
+    assert end.values == pytest.approx((0, 0), abs=1e-9)
+    assert locus.values[:, 1] == pytest.approx(1.5 * locus.values[:, 0], abs=1e-9)
+
+
 def test_folds_of_cycles_start_at_a_generalized_hopf_point_of_any_scale(monkeypatch):
     # The neural mass model of Tsodyks and Markram, as in BifurcationKit's tutorial but with
     # alpha = 1.5. Steps of 0.003 from the GH at J = 2.97 fail; 0.012 was tried and not taken.

@@ -269,10 +269,10 @@ def _lowest(values: Array) -> Indices:
         sides = np.full(nearest.size, side)
         found.append([sides, column, orbit, nearest[orbit, column]])
         middle = closed[:, :, 1:-1]
-        lower = (closed[:, :, :-2] > middle) & (middle < closed[:, :, 2:])
+        lower = (closed[:, :, :-2] > middle) & (middle <= closed[:, :, 2:])
         own, other, at = lower.nonzero()
         before, middle, after = (closed[own, other, at + i] for i in range(3))
-        bend = before - 2 * middle + after
+        bend = (before - middle) + (after - middle)  # no rounding makes this zero
         heights = middle - (after - before) ** 2 / (8 * bend)
         least = np.full((count, outputs), np.inf)
         np.minimum.at(least, (own, other), heights)
