@@ -147,6 +147,7 @@ def test_a_response_on_a_belt_goes_through_stick_from_the_hopf_point_on(seed):
     assert (point.type, cycles.stopped.kind) == ("GRAZE", "span")
     # As in the test above, from the other side.
     assert point.value == pytest.approx(1.836600972207926, abs=point.uncertainty)
+    assert point.uncertainty < 1e-11
 
 
 def test_an_orbit_that_sticks_is_not_taken_for_one_of_twice_its_period():

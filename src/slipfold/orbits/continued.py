@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.continuation.newton import correct
+from slipfold.continuation.newton import LeastSquares, SquareMatrix, correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
+from slipfold.flow.batches import TOLERANCE
 from slipfold.flow.modes import contacts_of
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import Collocation
@@ -33,6 +34,22 @@ square."""
 CONTINUING = Stepping(steps=Steps(smallest=1e-4, points=500))
 """Continuation with very short steps is given up. Where a contact begins to stick, steps of 1e-6
 would take tens of thousands of steps of the integrator each."""
+
+
+ROUNDING = float(np.finfo(float).eps)
+
+
+def parameter_rounding(bordered: SquareMatrix, z: Array, residual: float = 0.0) -> float:
+    """Return what rounding of the segments' ends can do to the last unknown, the parameter.
+
+    Where each equation may have a larger error, `residual`, that counts.
+    """
+    unit = np.zeros(len(z))
+    unit[-1] = 1.0
+    weights = np.abs(bordered.solve_transposed(unit))
+    sizes = np.ones(len(weights))  # there may be more equations than unknowns
+    sizes[: len(z)] = np.maximum(1.0, np.abs(z))
+    return float(weights @ np.maximum(ROUNDING * sizes, residual))
 
 
 def hold_parameter(size: int) -> Array:
@@ -75,7 +92,14 @@ def continue_to(
     return reached
 
 
-def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | None:
+class Met(NamedTuple):
+    """An orbit that only just meets changes of contacts."""
+
+    point: OrbitPoint
+    rounding: float  # of the last unknown, by errors of steps and what is left of the equations
+
+
+def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> Met | None:
     """Return the orbit near another on which friction only just holds contacts that stop.
 
     An orbit that is its own symmetric image has several such stops at once. It may be neutral to
@@ -97,7 +121,7 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
 
 def solve_marginal(
     orbits: Orbits, point: OrbitPoint, stops: Sequence[MarginalShooting]
-) -> OrbitPoint | None:
+) -> Met | None:
     """Return the orbit near another that only just meets changes of contacts, None if none is.
 
     The equations are smooth on both sides of it, and the parameter is an unknown.
@@ -121,15 +145,17 @@ def solve_marginal(
     z = find_root(step, guess, MEETING)
     if z is None:
         return None
-    part, defect, _ = linearized(z)
+    part, defect, jacobian = linearized(z)
     residual = float(np.abs(defect).max())
     if not residual <= MEETING.close:  # stops that are met at different places, or nowhere
         return None
     try:  # the tangent at a point this near may be that of the other side
         tangent = part.bordered(row).tangent()
+        rounding = parameter_rounding(LeastSquares(jacobian), z, max(residual, TOLERANCE))
     except BREAKDOWNS:
         return None
-    return curve.derived_point(z, tangent, point.arclength, part.monodromy, residual)
+    met = curve.derived_point(z, tangent, point.arclength, part.monodromy, residual)
+    return Met(met, rounding)
 
 
 class Straight(OrbitCurve):

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import SquareMatrix, correct
+from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.continued import by_mesh_shooting
+from slipfold.orbits.continued import ROUNDING, by_mesh_shooting, parameter_rounding
 from slipfold.orbits.modal_shooting import ModalShooting, shooting_for
 from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
@@ -19,8 +19,6 @@ from slipfold.orbits.test_functions import floquet_multipliers, match_multiplier
 
 SPREAD = 2.0
 """Two computations differ by a sample of both their errors; one twice as large is no surprise."""
-
-ROUNDING = float(np.finfo(float).eps)
 
 
 def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -> Array:
@@ -52,16 +50,6 @@ def multiplier_change(
     """Return how uncertain multipliers are that were computed twice, shape (n,)."""
     change = np.abs(values - match_multipliers(values, others))
     return SPREAD * change + multiplier_rounding(monodromy, values)
-
-
-def parameter_rounding(bordered: SquareMatrix, z: Array) -> float:
-    """Return what rounding of the segments' ends can do to the last unknown, the parameter."""
-    unit = np.zeros(len(z))
-    unit[-1] = 1.0
-    weights = np.abs(bordered.solve_transposed(unit))
-    sizes = np.ones(len(weights))  # there may be more equations than unknowns
-    sizes[: len(z)] = np.maximum(1.0, np.abs(z))
-    return float(weights @ (ROUNDING * sizes))
 
 
 def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:

@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.branch_point import Crossing, find_crossing
 from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing
+from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing, left_to_change
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import ZERO
@@ -25,7 +25,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
-from slipfold.orbits.continued import locate_marginal_stops
+from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
@@ -64,27 +64,34 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
     point = found.place.nearest if isinstance(found, FoundGrazing) else found.point
-    by = orbits.orbits.by
-    solved = isinstance(by, MarginalShooting) and by.met.stops is not None
-    again, rounding = _solved_again(orbits, point) if solved else recomputed(orbits, point)
+    met = isinstance(orbits.by, MarginalShooting)
+    again, rounding = _met_again(orbits, point) if met else recomputed(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
-        if not solved:
-            moved += PIECE.close + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
+        if not met:
+            moved += PIECE.close + left_to_change(point, found.type)
+            moved += AT_ONCE if found.type in ("MEET", "STICK") else 0.0
         if isinstance(found, FoundGrazing):
             moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
-    return _uncertain(found, moved * orbits.width, uncertain)
+    return _uncertain(found, float(moved) * orbits.width, uncertain)
 
 
-def _solved_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
-    """Return marginal stops found again with other steps, and what is left of the equations."""
+def _met_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+    """Return changes of contacts that are only just met, found again with other steps.
+
+    Also what errors of steps can do to the parameter.
+    """
     other, moved, row = orbits.shifted(point.z, point.tangent)
     beside = other.derived_point(moved, row, point.arclength, point.monodromy, point.residual)
-    again = locate_marginal_stops(other, beside)
-    left = point.residual + (np.inf if again is None else again.residual)
-    return again, left + float(np.spacing(abs(point.z[-1])))
+    by = other.by
+    assert isinstance(by, MarginalShooting)
+    stops = by.met.stops is not None
+    again = locate_marginal_stops(other, beside) if stops else solve_marginal(other, beside, [by])
+    if again is None:
+        return None, np.inf
+    return again.point, again.rounding
 
 
 def _coefficient(

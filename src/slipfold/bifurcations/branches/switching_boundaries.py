@@ -138,14 +138,20 @@ class SwitchingBoundaries:
         return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
     def _met(self, kind: str, boundary: PieceBoundary[OrbitPoint]) -> OrbitPoint | None:
-        """Return where friction only just holds a contact that stops, None if that is not why.
+        """Return the orbit that only just meets the change of contacts, None if none is found.
 
         Slip backwards for a time dt goes as its third power: pieces differ where it is seen only.
         """
-        if kind != "MEET" or not isinstance(self._orbits, Orbits):
+        if not isinstance(self._orbits, Orbits):
             return None
+        last = boundary.before
         with suppress(*BREAKDOWNS):
-            return locate_marginal_stops(self._orbits, boundary.before)
+            if kind == "MEET":
+                met = locate_marginal_stops(self._orbits, last)
+                return None if met is None else met.point
+            change = _change_beside(last, kind, (last, boundary.after))
+            if change is not None and change.piece == last.piece:
+                return replace(change, arclength=last.arclength)
         return None
 
     def _lost(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
@@ -341,16 +347,41 @@ def _only_just(
 ) -> tuple[OrbitPoint | None, OrbitPoint | None]:
     """Return a point in terms of a change of contacts, and the orbit that only just meets it."""
     again = point.curve.described_by(change).converted(point)
-    return again, again and solve_marginal(again.curve, again, [change])
+    met = None if again is None else solve_marginal(again.curve, again, [change])
+    return again, None if met is None else met.point
 
 
 def _end_of_piece(before: OrbitPoint, after: OrbitPoint) -> Array | None:
-    """Return the orbit between two that only just meets their change of contacts, if one is found.
+    """Return the unknown at which an orbit between two only just meets their change of contacts."""
+    met = _change_met(_kind(before.piece, after.piece), (after, before))
+    return None if met is None else before.curve.moved(met)[0]
+
+
+def _change_beside(last: OrbitPoint, kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
+    """Return the orbit next to the end of a piece that only just meets a change, if one is."""
+    met = _change_met(kind, known)
+    if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > RULES.nearly:
+        return None
+    return met
+
+
+def left_to_change(last: OrbitPoint, kind: str) -> float:
+    """Return how far in the parameter the last orbit before a change is from it.
+
+    Zero where no orbit meets it.
+    """
+    met = None
+    with suppress(*BREAKDOWNS):
+        met = _change_beside(last, kind, (last,))
+    return 0.0 if met is None else abs(float(met.z[-1] - last.z[-1]))
+
+
+def _change_met(kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
+    """Return the orbit near one of some that only just meets a change of contacts, if one is found.
 
     Newton's method seldom converges from the side on which a second contact, or stop, changes too.
     """
-    kind = _kind(before.piece, after.piece)
-    for point in (after, before):
+    for point in known:
         by, at = point.curve.orbits.by, _at(point)
         if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
             return None
@@ -363,7 +394,7 @@ def _end_of_piece(before: OrbitPoint, after: OrbitPoint) -> Array | None:
                 continue
             _, met = _only_just(point, change)
             if met is not None:
-                return before.curve.moved(met)[0]
+                return met
     return None
 
 
