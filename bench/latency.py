@@ -3,8 +3,8 @@
     python bench/latency.py --moves 60
 
 The base case (Fig. 2 of the paper) with all special points; each move waits until the one before is
-on the screen, as a reader's eye does. The first curve after a move may be a draft: what it is and
-how far it may be off is told in docs/how-to/explorer.md. "refined" is the time until the exact one.
+on the screen, as a reader's eye does. The first curve after a move may be the one before, moved
+there: see docs/how-to/explorer.md. "followed" is the time until the one that continuation follows.
 """
 
 import argparse
@@ -39,21 +39,21 @@ MOVE = """
     slider.value = value;
     slider.dispatchEvent(new Event("input"));
     if (slider.value === before) return null; // less than a pixel
-    const { id, draft } = await next;
-    return { id, draft, first: performance.now() - start, start };
+    const { id, moved } = await next;
+    return { id, moved, first: performance.now() - start, start };
   };
   return (async () => {
     const moves = [];
     for (const value of values) moves.push(await move(value));
     while (moves.includes(null)) moves.splice(moves.indexOf(null), 1);
     const last = moves.at(-1);
-    if (last.draft) await painted(({ id, draft }) => id === last.id && !draft);
-    const refined = performance.now() - last.start;
-    const back = painted(({ id, draft }) => id > last.id && !draft);
+    if (last.moved) await painted(({ id, moved }) => id === last.id && !moved);
+    const followed = performance.now() - last.start;
+    const back = painted(({ id, moved }) => id > last.id && !moved);
     slider.dispatchEvent(new Event("change"));
     document.querySelector(`.parameter[data-name=${name}] .back`).click();
     await back;
-    return { moves, refined };
+    return { moves, followed };
   })();
 }
 """
@@ -63,15 +63,15 @@ DRAGS = {"f": (12.3, 12.7), "Vd": (0.5, 0.7), "mu": (0.42, 0.58)}
 
 
 def measure(page, count):
-    """Times in ms until the first curve after each move, how many were drafts, and the rest."""
-    first, drafts, refined = [], 0, []
+    """Times in ms until the first curve after each move, how many were moved, until the rest."""
+    first, moved, followed = [], 0, []
     for name, (low, high) in DRAGS.items():
         steps = [low + (high - low) * i / (count - 1) for i in range(count)]
         result = page.evaluate(MOVE, [PLOT, name, steps])
         first += [move["first"] for move in result["moves"]]
-        drafts += sum(move["draft"] for move in result["moves"])
-        refined.append(result["refined"])
-    return first, drafts, refined
+        moved += sum(move["moved"] for move in result["moves"])
+        followed.append(result["followed"])
+    return first, moved, followed
 
 
 def address_of(server):
@@ -102,16 +102,16 @@ def main():
             page.goto(f"{address_of(server)}#model=sliding&plane=none")
             page.wait_for_selector(f"{PLOT}[data-drawn]")
             measure(page, 5)
-            first, drafts, refined = measure(page, count)
+            first, moved, followed = measure(page, count)
             browser.close()
         finally:
             server.terminate()
-    seconds = {"first": first, "refined": refined}
+    seconds = {"first": first, "followed": followed}
     record = {
         "version": package_version(),
         "machine": machine.description(),
         "sliders": list(DRAGS),
-        "drafts": drafts,
+        "moved": moved,
         "seconds": {name: [took / 1000 for took in found] for name, found in seconds.items()},
     }
     print(json.dumps(record))

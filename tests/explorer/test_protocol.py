@@ -36,7 +36,7 @@ def numbers_in(data):
 
 def test_a_diagram_has_the_branches_and_bifurcations_of_the_response(client, base):
     answer = client.ask(diagram())
-    assert not answer["draft"]
+    assert "moved" not in answer
     assert [b["period"] for b in answer["branches"]] == [b.period for b in base.branches]
     for shown, branch in zip(answer["branches"], base.branches, strict=True):
         assert shown["stopped"]["reason"] == branch.stopped.reason
@@ -71,31 +71,33 @@ def test_lines_are_whole_and_marks_lie_on_them(client):
     assert all(math.isfinite(number) for number in numbers_in(answer))
 
 
-def test_a_draft_comes_before_the_diagram_of_a_neighbor_and_agrees_with_it(client):
+def test_a_moved_diagram_comes_before_the_one_that_is_followed_and_agrees_with_it(client):
     client.ask(diagram(1))
-    draft, *_, exact = ask_all(client, diagram(2, parameters={"f": 12.5, "Vd": 0.61}))
-    assert (draft["draft"], exact["draft"]) == (True, False)
-    for rough, fine in zip(draft["branches"], exact["branches"], strict=True):
+    moved, *_, exact = ask_all(client, diagram(2, parameters={"f": 12.5, "Vd": 0.61}))
+    assert moved["moved"]
+    assert "moved" not in exact
+    for rough, fine in zip(moved["branches"], exact["branches"], strict=True):
         for mark, true in zip(rough["special"], fine["special"], strict=True):
             assert mark["type"] == true["type"]
-            assert mark["value"] == pytest.approx(true["value"], abs=3e-4)
-            assert mark["y"] == pytest.approx(true["y"], abs=1e-3)
+            assert mark["value"] == pytest.approx(true["value"], rel=1e-10)
+            assert mark["y"] == pytest.approx(true["y"], rel=1e-6)
+            assert mark["uncertainty"] < 1e-12
 
 
-def test_an_orbit_of_a_draft_follows_no_response_again(monkeypatch):
+def test_an_orbit_of_a_moved_diagram_follows_no_response_again(monkeypatch):
     """A slider that moves asks for both: the orbit would take as long as the diagram."""
     answers, answering = [], Answering(Catalogue())
 
-    def until_drafted(answer):
+    def until_moved(answer):
         answers.append(answer)
-        if answer.get("draft"):
+        if answer.get("moved"):
             raise Superseded
 
     changed = {"f": 12.5, "Vd": 0.61}
     answering.answer(parse_request(json.dumps(diagram(1))), answers.append, lambda: None)
     request = parse_request(json.dumps(diagram(2, parameters=changed)))
     with pytest.raises(Superseded):
-        answering.answer(request, until_drafted, lambda: None)
+        answering.answer(request, until_moved, lambda: None)
     monkeypatch.setattr("slipfold.interface.explorer.answering.response", None)
     branch = answers[-1]["branches"][0]
     middle = len(branch["x"]) // 2
@@ -335,7 +337,7 @@ def test_what_motions_settle_on_is_added_where_the_response_ends():
         answer for answer in told_of(Catalogue(model), **view) if "branches" in answer
     ]
     # What is known is shown before more is looked for.
-    assert (response["more"], response["draft"], response["done"]) == (True, False, False)
+    assert (response["more"], response["done"]) == (True, False)
     assert last["done"]
     assert last["branches"][:1] == response["branches"]
     (end,) = (branch["stopped"] for branch in response["branches"])

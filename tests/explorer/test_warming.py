@@ -14,5 +14,5 @@ def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):
 
     monkeypatch.setattr(answering, "PAGE", PageSettings(warming=0.1))
     monkeypatch.setattr(Answering, "_diagram", endless)
-    monkeypatch.setattr(Answering, "_draft", lambda self, request: None)
+    monkeypatch.setattr(Answering, "_moved", lambda self, request: None)
     Answering(Catalogue(two_masses(), None)).warm_up()

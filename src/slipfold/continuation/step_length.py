@@ -19,7 +19,7 @@ class StepRules:
     # Error of the extrapolated test functions that the steps aim at, relative to their size.
     # Interpolation between the points is then ten times better still. The search for bifurcations
     # needs that, and so do lines drawn through the points: with 0.3 there are a sixth fewer points,
-    # and lines of drafts have errors of up to 8e-4 of their range
+    # and lines of moved branches have errors of up to 8e-4 of their range
     drift: float = 0.15
     # A step is at most this many times as long as the one before
     longer: float = 2.5

@@ -47,24 +47,22 @@ def test_the_curve_follows_a_slider_that_is_not_let_go(new_tab):
     explorer.page.wait_for_url("**p.Vd=0.7*")
 
 
-def test_a_draft_looks_like_one_until_it_is_exact(new_tab):
-    # Whether there is a draft depends on the worker: one is made of the answer.
-    exact = new_tab.holding(
+def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):
+    # Whether one is moved depends on the worker: one is made of the answer.
+    whole = new_tab.holding(
         lambda answer: answer["kind"] == "diagram" and answer["done"],
-        lambda answer: {**answer, "draft": True, "done": False},
+        lambda answer: {**answer, "moved": True, "more": True, "done": False},
     )
     explorer = new_tab.open()
-    label = explorer.page.locator(f"{DIAGRAM} .draft-mark")
-    expect(label).to_be_hidden()
-    assert explorer.strengths("live") == {1}
-    exact.is_on = True
+    plot, waiting = explorer.page.locator(DIAGRAM), explorer.page.locator(f"{DIAGRAM} .waiting")
+    whole.is_on = True
     explorer.slide("Vd", 0.66)
-    expect(label).to_be_visible()
-    assert max(explorer.strengths("live")) < 0.5
-    assert explorer.specials() != BASE
-    exact.let_go()
-    expect(label).to_be_hidden()
-    expect(explorer.page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
+    expect(explorer.page.locator(".specials .chip").first).not_to_have_text(BASE[0])
+    expect(waiting).to_contain_text("Computing the response")
+    assert explorer.strengths("live") == {1}
+    expect(plot).to_have_attribute("aria-busy", "true")
+    whole.let_go()
+    expect(plot).to_have_attribute("aria-busy", "false")
     assert explorer.strengths("live") == {1}
 
 

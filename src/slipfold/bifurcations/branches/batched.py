@@ -120,11 +120,11 @@ def follow_batch(
         walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
         report(stage, 0.0)
-        _locate(orbits, cases, branches, span, tolerance)
+        locate_bifurcations(orbits, cases, branches, span, tolerance)
         if whole and not to_loss:
             report(stage, 0.5)
-            _refine_points(orbits, cases, branches, tolerance)
-        branches = _doubled(cases, orbits.period, settings)
+            refine_points(orbits, cases, branches, tolerance)
+        branches = doubled_branches(cases, orbits.period, settings)
         orbits = orbits.of_period(2 * orbits.period)
     return cases
 
@@ -178,7 +178,9 @@ def _responses(
     return branches
 
 
-def _doubled(cases: Sequence[BatchedCase], period: int, settings: Settings) -> list[BatchedBranch]:
+def doubled_branches(
+    cases: Sequence[BatchedCase], period: int, settings: Settings
+) -> list[BatchedBranch]:
     """Return the branches of twice a period at their beginnings."""
     branches, largest = list[BatchedBranch](), settings.largest_period
     for number, case in enumerate(cases):
@@ -201,7 +203,7 @@ def _doubled(cases: Sequence[BatchedCase], period: int, settings: Settings) -> l
 # -- special points --------------------------------------------------------------------------------
 
 
-def _locate(
+def locate_bifurcations(
     orbits: OrbitBatch,
     cases: Sequence[BatchedCase],
     branches: Sequence[BatchedBranch],
@@ -234,7 +236,7 @@ def _locate(
 # -- all orbits of branches ------------------------------------------------------------------------
 
 
-def _refine_points(
+def refine_points(
     orbits: OrbitBatch,
     cases: Sequence[BatchedCase],
     branches: Sequence[BatchedBranch],

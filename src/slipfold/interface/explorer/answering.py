@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import Any, cast
 
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.draft import draft_branches
+from slipfold.bifurcations.branches.moved import moved_branches
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.computations.loci import bifurcation_set
 from slipfold.computations.long_term import simulate
@@ -132,7 +132,7 @@ class Answering:
 
     def _answer(self, request: ViewRequest, send: Emit, check: Check) -> None:
         if isinstance(request, OrbitRequest):
-            orbit = self._orbit(request, check, self._drafted(request))
+            orbit = self._orbit(request, check, self._moved_already(request))
             send(orbit_view(orbit, request.vary))
         elif isinstance(request, PlaneRequest):
             send(plane_view(self._plane(request, check, PlaneProgress(send))))
@@ -140,18 +140,17 @@ class Answering:
             request = cast(DiagramRequest, request)
             show, statistic = request.show, request.statistic
             axis_of(self._catalogue.of(request), show)  # before what takes time
-            draft = self._draft(request)
-            if draft is not None:
-                send({"draft": True, **diagram_view(draft, show, statistic), "done": False})
+
+            def show_early(known: Diagram) -> None:
+                send({**diagram_view(known, show, statistic), "more": True, "done": False})
+
+            moved = self._moved(request)
+            if moved is not None:
+                early = {"moved": True, "more": True, "done": False}
+                send({**diagram_view(moved, show, statistic), **early})
             watch = now_and_then(send, check, diagram_note)
-            more = {"draft": False, "more": True, "done": False}
-            diagram = self._diagram(
-                request,
-                check,
-                watch,
-                lambda known: send({**diagram_view(known, show, statistic), **more}),
-            )
-            send({"draft": False, **diagram_view(diagram, show, statistic)})
+            diagram = self._diagram(request, check, watch, show_early)
+            send(diagram_view(diagram, show, statistic))
 
     def post(self, request: PostedRequest) -> Any:
         """Return the answer to a request over HTTP that is no export, as plain data."""
@@ -197,19 +196,19 @@ class Answering:
 
     # -- what is computed ----------------------------------------------------------------------
 
-    def _draft(self, request: DiagramRequest) -> Diagram | None:
+    def _moved(self, request: DiagramRequest) -> Diagram | None:
         """Return a diagram from the last one that differs in parameters alone."""
         model = self._catalogue.of(request)
         near = self._nearest.get(_family(model, request))
         if near is None or _key(model, request) in self._diagrams:
             return None
-        changed = model.replace(**{request.vary: request.span[0]})
-        branches = draft_branches(near.branches, changed)
+        branches = moved_branches(near.branches, model, near.span)
         if branches is None:
             return None
-        drawn = replace(near, model=changed, branches=branches, checked=None)
-        self._nearest[_family(model, request)] = drawn
-        return drawn
+        changed = model.replace(**{request.vary: near.span[0]})
+        moved = replace(near, model=changed, branches=branches, checked=None)
+        self._nearest[_family(model, request)] = moved
+        return moved
 
     def _diagram(
         self,
@@ -234,10 +233,10 @@ class Answering:
             del self._nearest[next(iter(self._nearest))]
         return self._diagrams[key]
 
-    def _drafted(self, request: OrbitRequest) -> tuple[Branch, ...]:
-        """Return the branches of a draft of the diagram that a request is about, if it is newest.
+    def _moved_already(self, request: OrbitRequest) -> tuple[Branch, ...]:
+        """Return the branches of the diagram that a request is about, if they were moved last.
 
-        What a page shows while a slider moves need not wait for the exact diagram.
+        What a page shows while a slider moves need not wait for the whole response.
         """
         model = self._catalogue.of(request)
         near = self._nearest.get(_family(model, request))

@@ -159,7 +159,7 @@ export class Requests {
     if (!sent || message.id !== sent.id) return;
     if ("error" in message || message.done) line.sent = null;
     // Once the slider has moved on, the drawn part is enough: the newest request does not wait for the rest.
-    if (message.draft || message.more) sent.isDrawn = true;
+    if (message.more) sent.isDrawn = true;
     if (line.waiting && (line.sent === null || sent.isDrawn)) this.#send(line);
     if ("error" in message) sent.receiver.onError(message.error, Boolean(message.again));
     else sent.receiver.onAnswer(message);

@@ -204,7 +204,6 @@ export class SpecialPoints {
     this.#ends.title = this.#ends.textContent;
     this.#checked.show(diagram.checked);
     this.#items = items;
-    this.node.classList.toggle("draft", Boolean(diagram.draft));
     if (key === this.#key) return;
     this.#key = key;
     this.#list.replaceChildren(...items.map((item, i) => this.#button(item, i)));

@@ -33,7 +33,6 @@ export class DiagramPlot {
   #words = element("span", { role: "status" });
   #progress = element("span", { "aria-hidden": "true" });
   #waiting = element("p", { class: "waiting" }, this.#words, this.#progress);
-  #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
   #session;
   #measurements;
   #sweep;
@@ -53,7 +52,7 @@ export class DiagramPlot {
     this.#measurements = measurements;
     this.#sweep = sweep;
     this.node.append(this.#canvas, this.#motions.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
-      this.#waiting, this.#draft);
+      this.#waiting);
     this.#showStatus();
     session.diagramArrived.subscribe(() => this.#schedule());
     session.pinsChanged.subscribe(() => this.#schedule());
@@ -137,11 +136,11 @@ export class DiagramPlot {
   }
 
   /** Announce that a diagram is on the screen: measurements and tests wait for it. */
-  #announcePainted(number, { id, draft = false }) {
+  #announcePainted(number, { id, moved = false }) {
     this.#painted = number;
     this.node.dataset.drawn = id;
     this.#showStatus();
-    this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
+    this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, moved } }));
   }
 
   #traces(diagram, color) {
@@ -152,7 +151,7 @@ export class DiagramPlot {
       if (!answer) return [];
       const tint = color(`pin-${(i % 6) + 1}`);
       const name = escaped(pin.name);
-      return faint([...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])], answer.draft);
+      return [...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])];
     });
     const live = color("live");
     const marks = markTrace(diagram, live, paper, this.#labels(diagram));
@@ -164,7 +163,7 @@ export class DiagramPlot {
     ];
   }
 
-  /** Whether the curve drawn is a draft, or belongs to other values: the exact one is to come. */
+  /** Whether the curve drawn belongs to other values: that of these is to come. */
   get #isFaint() {
     return !this.#session.isSettled && !this.#session.isMore;
   }
@@ -223,10 +222,9 @@ export class DiagramPlot {
     this.node.classList.toggle("refused", hasFailed);
     this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
     this.node.classList.toggle("empty", !diagram);
-    this.node.classList.toggle("working", !isSettled && !diagram?.draft);
-    const words = this.#session.isMore ? "Following what motions settle on elsewhere…" : "Computing the response…";
+    this.node.classList.toggle("working", !isSettled && !diagram?.moved);
+    const words = this.#session.isMore && !diagram.moved ? "Following what motions settle on elsewhere…" : "Computing the response…";
     this.#words.textContent = connection.isAlive ? words : "Not computed: there is no connection.";
-    this.#draft.hidden = isSettled || !diagram?.draft;
   }
 
   /** Draw a simulation and a sweep; plotly draws again only where they need another range. */
@@ -385,8 +383,8 @@ function hasHeight({ y }) {
   return Math.max(...y) > Math.min(...y);
 }
 
-/** Traces as they are, or faint where they are those of a draft. */
-function faint(traces, isFaint = false) {
+/** Traces as they are, or faint where they are those of other values. */
+function faint(traces, isFaint) {
   return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
 }
 

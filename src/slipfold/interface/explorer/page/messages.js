@@ -14,7 +14,7 @@ export class Announcer {
 
   constructor(session) {
     session.diagramArrived.subscribe(({ answer }) => {
-      if (!session.store.isLive && !answer.draft) this.say(summary(answer));
+      if (!session.store.isLive && !answer.moved) this.say(summary(answer));
     });
   }
 

@@ -1,0 +1,322 @@
+"""A response at neighboring parameter values: its known orbits there, corrected together.
+
+Continuation computes one orbit after the other. The orbits of a response at neighboring parameter
+values are good guesses, which Newton's method corrects in one batch. What lies between them is then
+located and described as on any batch of responses. Nothing is returned if a bifurcation may appear
+or vanish, or if the criticality of a period doubling changes: the response has to be followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array, Indices
+from slipfold.bifurcations.branches.batched import (
+    BatchedCase,
+    doubled_branches,
+    locate_bifurcations,
+    refine_points,
+)
+from slipfold.bifurcations.branches.batched_walk import BatchedBranch, Bracket
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.start import forced_orbits
+from slipfold.continuation.end import End
+from slipfold.continuation.interpolation import arcs, polynomial
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.models.model import Model
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.orbit_batch import TESTS, OrbitBatch, Solutions
+from slipfold.orbits.shooting import Shooting
+
+
+@dataclass(frozen=True)
+class MovedRules:
+    """Rules for the orbits that are corrected."""
+
+    # Minimum distance of the points that are corrected, over the length of the branch. Steps are
+    # short where test functions change quickly; a drawn line needs fewer points
+    apart: float = 0.02
+    # Minimum distance of two special points, over the length of the branch: nearer ones may merge
+    distinct: float = 1e-3
+    # Neighbors that move this many times as far apart as they were are no longer neighbors, unless
+    # they are this close, in scaled variables
+    spread: float = 3.0
+    close: float = 0.05
+    # A correction shorter than this leaves an error of its square: enough to bracket zeros
+    last_step: float = 1e-4
+    # What is farther from its guess is another orbit
+    longest: float = 0.5
+    # Known orbits this near to a limit are left out, over the length of the branch: the limit
+    # moves, and there orbits change too quickly to be corrected from others
+    beside: float = 0.03
+
+
+MOVED = MovedRules()
+
+UNFINISHED = "moved from neighboring parameter values as far as that is sure; the limit follows"
+
+CHANGES = {"PD": 1, "NS": 2, "LP": 1}
+"""Multipliers that cross the unit circle at each type of special point that is located."""
+
+
+def moved_branches(
+    known: Sequence[Branch], model: Model, span: tuple[float, float]
+) -> tuple[Branch, ...] | None:
+    """Return the branches of a response at other parameter values, None where they may differ.
+
+    >>> import slipfold as sf
+    >>> model = sf.SlidingOscillator(f=12.5)
+    >>> known = sf.response(model, "Nd", (0, 0.9)).branches
+    >>> moved = moved_branches(known, model.replace(f=12.51), (0, 0.9))
+    >>> followed = sf.response(model, "Nd", (0, 0.9), f=12.51).branches
+    >>> abs(moved[0].special[0].value - followed[0].special[0].value) < 1e-12
+    True
+    """
+    if not (model.forced and all(map(_is_ordinary, known))):
+        return None
+    try:
+        return _Moved(known, model, span).branches()
+    except (InputError, *BREAKDOWNS):
+        return None
+
+
+def _is_ordinary(branch: Branch) -> bool:
+    """Whether a batch can describe what happens on it, and where it begins and ends."""
+    return (
+        branch.durations is None
+        and branch.stuck_fraction is None
+        and all(item.type in CHANGES for item in branch.special)
+        and branch.started.kind == ("span" if branch.parent is None else "bifurcation")
+        and branch.stopped.kind in ("span", "limit", "unfinished")
+    )
+
+
+class _Moved:
+    """A known response whose orbits are corrected at other parameter values."""
+
+    def __init__(self, known: Sequence[Branch], model: Model, span: tuple[float, float]) -> None:
+        self._known, self._span, self._settings = known, span, Settings()
+        first = known[0]
+        model = model.replace(**{first.vary: span[0]})
+        self._model = model.with_scales(first.model.estimated_scales)
+        self._width = abs(span[1] - span[0])
+
+    def branches(self) -> tuple[Branch, ...] | None:
+        """Return the branches, None where they may differ."""
+        first, settings = self._known[0], self._settings
+        orbits = forced_orbits(self._model, first.vary, self._width, settings)
+        if not isinstance(orbits.by, Shooting) or orbits.segments != first.nodes.shape[1]:
+            return None
+        scales = np.array([[orbits.by.sizes, orbits.scales]])
+        given = self._model, self._model.vector[None], scales, (first.vary, self._width)
+        batch, case = OrbitBatch(*given), BatchedCase(self._model)
+        pairs = [(first, BatchedBranch(0, orbits, []))]
+        while pairs:
+            if not all(_Line(batch, *pair).follow() for pair in pairs):
+                return None
+            own = [branch for _, branch in pairs]
+            tolerance = settings.newton.tolerance
+            locate_bifurcations(batch, [case], own, self._span, tolerance)
+            if case.failure or not all(_is_same(*pair) for pair in pairs):
+                return None
+            refine_points(batch, [case], own, tolerance)
+            if not all(branch.points for branch in own):
+                return None
+            for line, branch in pairs:
+                if line.stopped.kind != "span":
+                    place = branch.orbits.place(branch.points[-1].z)
+                    branch.stopped = End("unfinished", UNFINISHED, place)
+            children = doubled_branches([case], batch.period, settings)
+            batch = batch.of_period(2 * batch.period)
+            pairs = self._paired(case, children)
+            if len(pairs) < len(children):
+                return None
+        if len(case.branches) < len(self._known):
+            return None
+        moved = case.assembled(first.vary, self._span[0])
+        return moved if all(map(_leads_alike, self._known, moved)) else None
+
+    def _paired(
+        self, case: BatchedCase, children: Sequence[BatchedBranch]
+    ) -> list[tuple[Branch, BatchedBranch]]:
+        """Return each doubled branch with the one that is known to begin there."""
+        pairs = []
+        for child in children:
+            assert child.parent is not None  # it begins on another
+            found = case.branches[child.parent - 1].found
+            (place,) = (i for i, item in enumerate(found) if item is child.origin)
+            number = self._known[child.parent - 1].special[place].leads_to
+            own = [item for item in self._known if item.id == number]
+            if own and own[0].parent == child.parent:
+                pairs.append((own[0], child))
+        return pairs
+
+
+def _is_same(known: Branch, branch: BatchedBranch) -> bool:
+    """Whether the bifurcations are those that are known, and none near to another."""
+    places = [item.point.arclength for item in branch.found]
+    nearest = MOVED.distinct * branch.steps[-1][2]
+    types = [item.type for item in branch.found]
+    return types == [item.type for item in known.special] and bool(
+        (np.diff(places) > nearest).all()
+    )
+
+
+def _leads_alike(known: Branch, moved: Branch) -> bool:
+    """Whether doubled branches begin in the same directions, and none gains or loses a fold."""
+    return (known.parent, known.period) == (moved.parent, moved.period) and all(
+        (one.leads_to, one.criticality if one.type == "PD" else None)
+        == (other.leads_to, other.criticality if one.type == "PD" else None)
+        for one, other in zip(known.special, moved.special, strict=True)
+    )
+
+
+class _Line:
+    """One branch: its known orbits, and what they become."""
+
+    def __init__(self, batch: OrbitBatch, known: Branch, branch: BatchedBranch) -> None:
+        self._batch, self._known, self._branch = batch, known, branch
+
+    def follow(self) -> bool:
+        """Give the branch its points and brackets; return whether that is sure."""
+        guesses, zeros = self._guesses()
+        rows = np.gradient(guesses, axis=0)
+        branch, ends = self._branch, self._known.stopped.kind
+        branch.end = "span"
+        if branch.first is not None:
+            if branch.first.tangent @ rows[0] < 0:
+                branch.first = branch.orbits.turned(branch.first)
+            guesses, rows, zeros = guesses[1:], rows[1:], zeros[1:]
+        held = [0] * (branch.first is None) + [-1] * (ends == "span")
+        rows[held] = hold_parameter(self._batch.size) * np.sign(rows[held, -1:])
+        rows /= np.linalg.norm(rows, axis=1)[:, None]
+        given = self._only(guesses), guesses, rows, MOVED.last_step, MOVED.longest
+        found = self._batch.correct(*given)
+        found.z[held, -1] = guesses[held, -1]
+        count = int(np.argmin(found.found)) if not found.found.all() else len(guesses)
+        chosen = _forward(found, count, branch.first)
+        if len(chosen) < 4 or not _is_coherent(found.z[chosen], guesses):
+            return False
+        if ends == "span" and count < len(guesses):
+            return False
+        if ends != "span":
+            chosen = chosen[: self._until_limit(found.z[chosen])]
+        parts = found.z, found.tangents, found.monodromies
+        return self._bracket(Solutions(*(part[chosen] for part in parts)), zeros[chosen])
+
+    def _only(self, z: Array) -> Indices:
+        """Return the number of the only case for each of some orbits."""
+        return np.zeros(len(z), dtype=np.int64)
+
+    def _guesses(self) -> tuple[Array, NDArray[np.str_]]:
+        """Return known orbits in order, none needlessly close, with the types of special points."""
+        known = self._known
+        at_special = [item.arclength for item in known.special]
+        chosen = _thinned(known.arclength, at_special)
+        if known.stopped.kind == "limit":
+            end = known.arclength[-1] - MOVED.beside * float(np.ptp(known.arclength))
+            chosen = [i for i in chosen if known.arclength[i] < end]
+        order = np.argsort([*known.arclength[chosen], *at_special])
+        nodes = np.array([*known.nodes[chosen], *(item.nodes for item in known.special)])[order]
+        values = [*known.parameter[chosen], *(item.value for item in known.special)]
+        guesses = self._batch.join(self._only(nodes), nodes, np.array(values)[order])
+        types = [""] * len(chosen) + [item.type for item in known.special]
+        return guesses, np.array(types)[order]
+
+    def _until_limit(self, z: Array) -> int:
+        """Return how many orbits keep all limits; near the last, where the known branch ended."""
+        limits, count = self._batch.model.limits, len(z)
+        last = slice(-(len(z) // 2), None)
+        margins = self._batch.margins(self._only(z[last]), z[last])
+        kept = np.asarray((margins > 0).all(axis=1))
+        return count if not limits or kept.all() else count - len(kept) + int(np.argmin(kept))
+
+    def _bracket(self, result: Solutions, zeros: NDArray[np.str_]) -> bool:
+        """Store the points, and bracket zeros between them; return whether none may hide.
+
+        `zeros` are the types of points that were special, empty of others.
+        """
+        branch, first = self._branch, self._branch.first
+        z, tangents, tests = result.z, result.tangents, result.tests
+        unstable = (np.abs(result.multipliers) > 1).sum(axis=1)
+        if first is not None:  # no test function changes sign there: it takes its neighbor's
+            z, tangents = np.vstack([first.z, z]), np.vstack([first.tangent, tangents])
+            tests = np.vstack([tests[:1], tests])
+            unstable, zeros = np.append(unstable[:1], unstable), np.append("", zeros)
+        s = _arclengths(z, tangents)
+        branch.steps[:] = list(zip(z, tangents, s.tolist(), strict=True))
+        branch.stable = bool(unstable[0] == 0)
+        for kind, change in CHANGES.items():
+            # What is known to be nearly zero says nothing about the signs beside it.
+            clear, values = np.flatnonzero(zeros != kind), tests[:, TESTS.index(kind)]
+            if len(clear) < 4 or _may_hide(s[clear], values[clear]):
+                return False
+            for ends in map(list, pairwise(clear.tolist())):
+                counts = int(unstable[ends[0]]), int(unstable[ends[1]])
+                if abs(counts[1] - counts[0]) == change and np.prod(values[ends]) < 0:
+                    parts = z[ends], tangents[ends], s[ends], values[ends], counts
+                    branch.brackets.append(Bracket(0, branch.orbits, kind, *parts))
+        branch.brackets.sort(key=lambda item: float(item.arclengths.sum()))
+        return True
+
+
+def _arclengths(z: Array, tangents: Array) -> Array:
+    lengths = arcs(np.diff(z, axis=0), tangents[:-1], tangents[1:])[0]
+    return np.concatenate([[0.0], np.cumsum(lengths)])
+
+
+def _thinned(s: Array, at_special: list[float]) -> list[int]:
+    """Choose points of a branch: both ends, and others not too near to another choice.
+
+    Between two special points at least one is chosen, so that they are distinguished.
+    """
+    apart = MOVED.apart * float(np.ptp(s))
+    chosen = [0, len(s) - 1]
+    taken = [float(s[0]), float(s[-1]), *at_special]
+    for left, right in pairwise(sorted(taken)):
+        inside = np.flatnonzero((s > left) & (s < right))
+        if len(inside):
+            middle = int(inside[np.abs(s[inside] - 0.5 * (left + right)).argmin()])
+            chosen.append(middle)
+            taken.append(float(s[middle]))
+    for i in range(1, len(s) - 1):
+        if min(abs(other - s[i]) for other in taken) >= apart:
+            chosen.append(i)
+            taken.append(float(s[i]))
+    return sorted(set(chosen))
+
+
+def _forward(result: Solutions, count: int, first: object) -> list[int]:
+    """Return the orbits in order, without those that have overtaken a neighbor or the beginning."""
+    z, tangents, chosen = result.z, result.tangents, list[int]()
+    begin = getattr(first, "z", None)
+    for i in range(count):
+        if begin is not None and (z[i] - begin) @ tangents[i] <= 0:
+            continue
+        while chosen and (z[i] - z[chosen[-1]]) @ tangents[chosen[-1]] <= 0:
+            chosen.pop()
+        chosen.append(i)
+    return chosen
+
+
+def _is_coherent(z: Array, before: Array) -> bool:
+    """Whether neighbors are still neighbors."""
+    apart = np.linalg.norm(np.diff(z, axis=0), axis=1)
+    longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max())
+    return bool((apart < MOVED.spread * longest + MOVED.close).all())
+
+
+def _may_hide(s: Array, values: Array) -> bool:
+    """Whether a test function seems to have two zeros between two orbits."""
+    for i in range(len(s) - 1):
+        near = slice(min(max(i - 1, 0), len(s) - 4), max(i + 3, 4))
+        between = polynomial(s[near], values[near], np.linspace(s[i], s[i + 1], 10)[1:-1])
+        if values[i] * values[i + 1] > 0 and (between * values[i] < 0).any():
+            return True
+    return False
