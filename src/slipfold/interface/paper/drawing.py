@@ -29,7 +29,7 @@ from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.plots.loci import draw_loci, legend_options, name_loci
 from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
 from slipfold.plots.response import BREAKS, draw_family, marks_of, name_family, torus_handles
-from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette
+from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette, within
 from slipfold.plots.trajectories import COLORS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
 from slipfold.results.attractors import Basins, in_words
 from slipfold.results.diagram import Diagram
@@ -86,29 +86,29 @@ MARKER_NAMES = {
 GRAY = "0.2"
 
 
-def draw_legend(
-    canvas: Canvas,
-    diagrams: Sequence[Diagram],
-    measure: str = "max",
-    more: Sequence[Artist] | None = None,
-    span: tuple[float, float] = (-np.inf, np.inf),
-) -> None:
-    """Explain lines and markers below the panels; the colors are named beside them.
+Shown = Sequence[tuple[Axes, Sequence[Diagram], str]]
+"""Axes with the diagrams and the output that they show."""
 
-    Given `more` it has that instead of the tori. Markers outside of a span of the parameter are
-    left out.
+
+def draw_legend(
+    canvas: Canvas, shown: Shown, measure: str = "max", more: Sequence[Artist] | None = None
+) -> None:
+    """Explain lines and the markers that are seen below the panels; colors are named beside them.
+
+    Given `more` it has that instead of the tori.
     """
     marks = [
         mark
+        for ax, diagrams, output in shown
         for diagram in diagrams
         for branch in diagram.branches
-        for mark in marks_of(branch, branch.model.states[0].name, measure)
-        if min(span) <= mark.parameter <= max(span)
+        for mark in marks_of(branch, output, measure)
+        if len(within(ax, np.array([[mark.parameter, mark.value]])))
     ]
     handles: list[Artist] = [
         Line2D([], [], color=GRAY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
     ]
-    tori = [each for diagram in diagrams for each in diagram.tori]
+    tori = [each for _, diagrams, _ in shown for diagram in diagrams for each in diagram.tori]
     broken = any(each.stopped.kind in BREAKS for each in tori)
     if more is None:
         handles += torus_handles(tori, GRAY)
@@ -188,7 +188,7 @@ def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
             settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
             spectral.append((ax, result[case], output))
-    draw_legend(canvas, [result[curve] for curve in figure.of_kind("response")], measure)
+    draw_legend(canvas, [(panel.ax, panel.diagrams, panel.output) for panel in panels], measure)
     naming = [partial(_name, panel, measure) for panel in panels]
     naming += [partial(name_lines, *each, palette(1)[0]) for each in spectral]
     _name_last(canvas, naming)
@@ -346,16 +346,16 @@ def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canv
     curves, sweeps = figure.of_kind("response"), figure.of_kind("sweep")
     canvas = _canvas(len(curves) * HEIGHTS["trajectories"] + HEIGHTS["basin legend"])
     letters = (f"({chr(ord('a') + number)})" for number in count())
-    naming = []
+    naming, shown = [], []
     panels = canvas.subplots(len(curves), 2, squeeze=False)
     for axes, curve, swept in zip(panels, curves, sweeps, strict=True):
         for ax, output in zip(axes, OUTPUTS, strict=True):
             naming.append(_draw_both(ax, result[curve], result[swept], output, measure))
+            shown.append((ax, [result[curve]], output))
             ax.set_title(f"{next(letters)}  {_fixed(curve)}")
-    diagrams = [result[curve] for curve in curves]
-    tori = [tori for diagram in diagrams for tori in diagram.tori]
+    tori = [tori for curve in curves for tori in result[curve].tori]
     more = _more(tori, [result[swept] for swept in sweeps])
-    draw_legend(canvas, diagrams, measure, more, sweeps[0].spans[0])
+    draw_legend(canvas, shown, measure, more)
     _name_last(canvas, naming)
     return canvas
 
@@ -368,9 +368,10 @@ def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Can
     canvas = _canvas(sum(heights) + HEIGHTS["basin legend"])
     grid = canvas.add_gridspec(2, 1, height_ratios=heights)
     above, below = (grid[row].subgridspec(1, n) for row, n in ((0, 2), (1, len(basins))))
-    naming = []
+    naming, shown = [], []
     for place, output in enumerate(OUTPUTS):
         ax = canvas.add_subplot(above[place])
+        shown.append((ax, [result[curve]], output))
         naming.append(_draw_both(ax, result[curve], result[swept], output, measure))
         ax.set_title(f"({'ab'[place]})  {_fixed(curve)}")
     for place, (case, found) in enumerate(zip(cases, basins, strict=True)):
@@ -389,7 +390,7 @@ def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Can
     if any((found.uncertain > 0).any() for found in basins):
         patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
     more = [*_more(result[curve].tori, [result[swept]]), *patches]
-    draw_legend(canvas, [result[curve]], measure, more, swept.spans[0])
+    draw_legend(canvas, shown, measure, more)
     _name_last(canvas, naming)
     return canvas
 
@@ -442,7 +443,13 @@ def _by_period(result: Basins) -> Basins:
 
 def _more(result: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
     """Return what the legend says of tori and dots."""
-    runs = {run if run in COLORS else "" for swept in sweeps for run in swept.runs}
+    # Motions from many starts that repeat lie below those of the sweeps, if there are such.
+    runs = {
+        run if run in COLORS else ""
+        for swept in sweeps
+        for run in swept.runs
+        if run in COLORS or not (swept.repeats(run).all() and COLORS.keys() & {*swept.runs})
+    }
     tori = {STABLE: "torus", OTHER: "unstable torus"} if result else {}
     return [
         *(Line2D([], [], label=name, **_torus_line(kind)) for kind, name in tori.items()),
