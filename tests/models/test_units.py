@@ -95,7 +95,8 @@ def test_message_names_the_units_that_fit():
 
 
 @pytest.mark.parametrize(
-    ("unit", "meant"), [("rad/sec", "s"), ("hz", "Hz"), ("KG", "kg"), ("Newton/m", "N")]
+    ("unit", "meant"),
+    [("rad/sec", "s"), ("hz", "Hz"), ("KG", "kg"), ("Newton/m", "N"), ("kilos", "kg")],
 )
 def test_a_misspelled_unit_is_refused(unit, meant):
     text = f'[parameters]\nc = {{ value = 1.0, unit = "{unit}" }}\n[states]\nq = "-c*q"\n'
@@ -103,8 +104,14 @@ def test_a_misspelled_unit_is_refused(unit, meant):
         System.from_toml(text)
 
 
+def test_an_unknown_unit_is_refused_by_those_that_are_known():
+    parameters = {"c": {"value": 1.0, "unit": "bird/km^2"}}
+    with pytest.raises(InputError, match=r"has 'bird', .*write e.g. m/s, .* of m, g, s, .* in doc"):
+        System(parameters=parameters, states={"q": "-c*q"})
+
+
 @pytest.mark.parametrize(
-    "unit", ["", "m", "rad/s", "N s/m", "kN/mm", "mS/cm^2", "1/yr", "bird", "°"]
+    "unit", ["", "m", "rad/s", "N s/m", "kN/mm", "mS/cm^2", "1/yr", "µm", "mol/L", "°"]
 )
 def test_other_units_are_taken(unit):
     system = System(parameters={"c": {"value": 1.0, "unit": unit}}, states={"q": "-c*q"})

@@ -36,33 +36,45 @@ _QUANTITY = re.compile(
 _COMMA = re.compile(r"\s*[-+−]?[0-9]+,[0-9]+(?![0-9.,])")
 """What is meant as a decimal comma: one that digits and no point surround."""
 
-_MISSPELLED = {
-    **{unit.lower(): unit for unit in ("Hz", "kHz", "MHz", "rad", "deg", "kg", "kN", "cm", "rev")},
+_SYMBOLS = (*"mgsAKNJWVCFSTHΩLl", "Hz", "Pa", "mol", "cd", "Wb", "ohm", "bar", "eV")
+"""Symbols of units that may have a prefix."""
+
+_PREFIXES = ("", *"TGMkhdcmunpfµμ")
+
+_KNOWN = {
+    *(prefix + symbol for prefix in _PREFIXES for symbol in _SYMBOLS),
+    *("rad", "mrad", "sr", "deg", "rpm", "rev", "min", "h", "d", "yr", "year", "t", "dB"),
+    *("in", "ft", "lb", "lbf", "psi"),
+}
+"""Words that units consist of."""
+
+_MEANT = {
+    **{unit.lower(): unit for unit in ("Hz", "kHz", "MHz", "kg", "N", "kN", "Pa", "rad", "deg")},
     **dict.fromkeys(("sec", "secs", "second", "seconds", "ss"), "s"),
     **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
     **dict.fromkeys(("newton", "newtons"), "N"),
     **dict.fromkeys(("radian", "radians", "rads"), "rad"),
     **dict.fromkeys(("degree", "degrees", "degs"), "deg"),
+    **dict.fromkeys(("kilo", "kilos", "kilogram", "kilograms", "kgs"), "kg"),
     "hertz": "Hz",
-    "kilogram": "kg",
-    "kilograms": "kg",
-    "kgs": "kg",
 }
 """The unit that is meant by a word in small letters."""
 
 
 def check_unit(unit: str) -> str:
-    """Return the unit of an entry, or refuse one that is misspelled; other words may be units.
+    """Return the unit of an entry, or refuse one with a word that is no unit.
 
     >>> check_unit("N s/m"), check_unit("1/yr")
     ('N s/m', '1/yr')
     """
     for word in re.findall(r"[^\W\d_]+", unit):
-        meant = _MISSPELLED.get(word.lower(), word)
-        if meant != word:
+        if word not in _KNOWN:
+            meant = _MEANT.get(word.lower())
+            hint = f"did you mean {meant}? " if meant else ""
             raise InputError(
-                f"the unit {unit!r} has {word!r}, which is no unit; did you mean {meant}? write "
-                "e.g. m/s, N s/m or 1/s"
+                f"the unit {unit!r} has {word!r}, which is no known unit; {hint}write e.g. m/s, "
+                f"N s/m or 1/s, of {', '.join(_SYMBOLS[:12])}, Hz, Pa, mol, rad, deg, min, h, d, "
+                "yr, or leave the unit out and name it in doc"
             )
     return unit
 
