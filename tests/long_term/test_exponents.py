@@ -196,6 +196,26 @@ def test_rotation_numbers_of_tori_are_those_of_closed_forms():
     assert rotation_of(noise, np.ones(2), np.zeros(2)) is None
 
 
+@pytest.mark.parametrize(("beat", "off"), [(25_000, 3e-4), (8000, 3e-4), (130, 1e-6)])
+@pytest.mark.parametrize(("p", "q"), [(3, 8), (1, 2), (2, 5)])
+def test_the_error_of_a_rotation_number_holds_near_a_resonance(beat, off, p, q):
+    # Adler's equation s' = a - b sin(s) in closed form, with a mean of 2 pi/beat: beyond 3/8 of a
+    # turn a return the phase lingers for most of a beat.
+    returns = np.arange(4000)
+    mean, a = 2 * np.pi / beat, 1.5 * 2 * np.pi / beat
+    tangent = (np.sqrt(a**2 - mean**2) + mean * np.tan(mean * returns / 2)) / a
+    slow = 2 * np.unwrap(np.arctan(tangent), period=np.pi)
+    angle = 2 * np.pi * p / q * returns + slow / q
+    states = np.stack([np.cos(angle) + 0.2 * np.sin(2 * angle), np.sin(angle)], axis=1)
+    found = rotation_of(states, np.ones(2), np.zeros(2))
+    if found is None:
+        assert beat > len(returns)
+        return
+    exact = ((p + 1 / beat) / q * found.period + 0.5) % 1 - 0.5
+    assert abs(found.number - abs(exact)) <= found.error + 1e-13
+    assert found.error < off
+
+
 @pytest.mark.long
 def test_a_torus_near_a_resonance_is_followed_until_it_is_known():
     # After 32,000 periods its exponent is known to 9e-4 only: beats last thousands of periods.

@@ -74,6 +74,10 @@ class ExponentSettings:
     lines: int = 6  # strongest of a spectrum, which have to be multiples of one
     multiples: int = 32  # largest of these
     match: float = 1e-6  # distance of a line from a multiple, in revolutions
+    # Turns over all states below which a line may be a drift: the weights are as wide in frequency
+    resolved: float = 4.0
+    # Beats beyond which averages converge fast: with fewer the number of turns is known to one
+    beats: float = 8.0
     sure: float = 3.0  # errors by which an exponent differs from zero
     rounding: float = 1e-10  # of a zero exponent per period
     pilot: int = 8  # periods that show how unequally perturbations grow
@@ -94,7 +98,9 @@ class Rotation:
 
     number: float  # the rotation number, from 0 to 1/2: revolutions of the curve over `period`
     period: int  # forcing periods after which the curve is mapped onto itself
-    error: float  # of the number, estimated: the difference from that of its second half
+    # Of the number, estimated: the largest difference from parts of the trajectory, and a turn over
+    # all of it near a resonance if few beats are seen
+    error: float
     resonance: Fraction | None  # p/q near the number: the curve nearly closes after q returns
     # Forcing periods after which it has closed once more or less than at the resonance, else NaN:
     # averages along the trajectory converge only beyond several of them
@@ -107,7 +113,8 @@ class Rotation:
         text = f"its rotation number is {self.number:.6g} +- {self.error:.0e} over {over}"
         if self.resonance is None:
             return text
-        return f"{text}, near the resonance {self.resonance} (beats of {self.beat:.4g} periods)"
+        beats = f" (beats of {self.beat:.4g} periods)" if math.isfinite(self.beat) else ""
+        return f"{text}, near the resonance {self.resonance}{beats}"
 
 
 def rotation_of(states: Array, scales: Array, angle_periods: Array) -> Rotation | None:
@@ -125,14 +132,19 @@ def rotation_of(states: Array, scales: Array, angle_periods: Array) -> Rotation 
     signal = np.concatenate(parts, axis=1)
     # Lines near a resonance lie close together.
     signal = signal[-min(65536, (len(signal) + 1) // 2) :]
-    lines = _lines(signal - bump(len(signal)) @ signal)
+    count = len(signal)
+    lines = _lines(signal)
     for period in range(1, 9):  # periods after which the curve returns to itself
         numbers = _folded(period * lines)
         result = _generator(numbers[numbers > EXPONENTS.match])
-        if result is not None:
-            half = signal[len(signal) // 2 :]
-            others = _folded(period * _lines(half - bump(len(half)) @ half))
-            return _rotation(result, period, float(np.abs(others - result).min()))
+        if result is None:
+            continue
+        if result * count < EXPONENTS.resolved * period:
+            return None
+        first, half = count // 4, count // 2
+        windows = (signal[:half], signal[first : first + half], signal[half:])
+        apart = [np.abs(_folded(period * _lines(part)) - result).min() for part in windows]
+        return _rotation(result, period, float(max(apart)), count)
     return None
 
 
@@ -142,26 +154,42 @@ def _lines(signal: Array) -> Array:
 
     count = len(signal)
     weights, times = bump(count)[:, None], np.arange(count)
-    rest, result, strongest = signal.copy(), list[float](), 0.0
+    rest, result, strongest = signal - bump(count) @ signal, list[float](), 0.0
     for _ in range(EXPONENTS.lines):
-        power = (np.abs(np.fft.rfft(weights * rest, axis=0)) ** 2).sum(axis=1)
+        weighted = weights * rest
+        power = (np.abs(np.fft.rfft(weighted, axis=0)) ** 2).sum(axis=1)
         coarse = power[1:].argmax() + 1
 
-        def missed(turns: float, rest: Array = rest) -> float:
+        def missed(turns: float, weighted: Array = weighted) -> float:
             wave = np.exp(-2j * np.pi * turns * times)
-            return -float((np.abs(wave @ (weights * rest)) ** 2).sum())
+            return -float((np.abs(wave @ weighted) ** 2).sum())
 
         ends = (coarse - 1) / count, min((coarse + 1) / count, 0.5)
         best = minimize_scalar(missed, bounds=ends, method="bounded", options={"xatol": 1e-12})
-        wave = np.exp(2j * np.pi * best.x * times)
-        amplitude = wave.conj() @ (weights * rest)
-        factor = 1.0 if 0.5 - best.x < 1 / count else 2.0
+        line = _refined(best.x, weighted, ends)
+        wave = np.exp(2j * np.pi * line * times)
+        amplitude = wave.conj() @ weighted
+        factor = 1.0 if 0.5 - line < 1 / count else 2.0
         rest = rest - factor * np.real(wave[:, None] * amplitude)
         strongest = max(strongest, float(np.abs(amplitude).max()))
         if np.abs(amplitude).max() < 1e-4 * strongest:  # faint
             break
-        result.append(best.x)
+        result.append(line)
     return np.array(result)
+
+
+def _refined(line: float, weighted: Array, ends: tuple[float, float]) -> float:
+    """Return where the power of a line has no slope: its values show the maximum to 1e-8 only."""
+    moments = 2j * np.pi * (np.arange(len(weighted)) - len(weighted) / 2)
+    for _ in range(2):
+        waves = np.exp(-moments * line) * np.stack([moments**order for order in range(3)])
+        value, slope, bend = waves @ weighted
+        first = -np.vdot(value, slope).real
+        second = (np.vdot(slope, slope) + np.vdot(value, bend)).real
+        if not second < 0:
+            break
+        line = float(np.clip(line - first / second, *ends))
+    return line
 
 
 def _generator(lines: Array) -> float | None:
@@ -183,15 +211,18 @@ def _folded(revolutions: Array) -> Array:
     return np.asarray(np.abs(revolutions - np.round(revolutions)))
 
 
-def _rotation(number: float, period: int, error: float) -> Rotation:
-    """Return a rotation number with the resonance that it is near."""
+def _rotation(number: float, period: int, error: float, count: int) -> Rotation:
+    """Return a rotation number with the resonance that it is near; `count` states show it."""
     resonance, beat = None, float("nan")
     for q in range(1, 201):
         p = round(q * number)
         off = abs(q * number - p)
         # Hurwitz: infinitely many fractions come as near as 0.447 to any number.
-        if p and 0 < off * q < 0.1 and not period / off <= beat:
-            resonance, beat = Fraction(p, q), period / off
+        longer = period / off if off else math.inf
+        if p and off * q < 0.1 and not longer <= beat:
+            resonance, beat = Fraction(p, q), longer
+            if count < EXPONENTS.beats * beat:
+                error = max(error, period / (q * count))
     return Rotation(number, period, error, resonance, beat)
 
 

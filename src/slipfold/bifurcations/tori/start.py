@@ -88,7 +88,7 @@ def circle_from_trajectory(
             return None
         states = motion.states[periods // 2 :]
         rotation = rotation_of(states, motion.model.state_scales(), model.angle_periods)
-        if rotation is None or rotation.error > TORUS.tail**0.5:
+        if rotation is None:
             continue
         states = states[:: rotation.period]
         for circle in _circles(states, rotation.number, model.angle_periods):
