@@ -22,6 +22,7 @@ class SweepRule:
     """When motions at the points are found."""
 
     close: float = 1e-9  # last change over the size of motions: the next is of its square
+    near: float = 1e-7  # the same where nobody asks for derivatives
     stalled: float = 1e-6  # change that may be rounding, if it no longer halves
     same: float = 1e-12  # change up to which the linearized equations are those at its end
     iterations: int = 10  # of a guess that is near; afterwards one interval follows another
@@ -174,8 +175,8 @@ class LinearizedSegments:
         self.intervals, self.slopes, self._count = intervals, slopes, count
         coupled = self._by_motions(intervals.answered)
         self._driven = self._by_motions(intervals.driven)
-        self._coupled = np.linalg.inv(np.eye(coupled.shape[1]) - coupled)
-        self._seen = self._coupled @ intervals.seen
+        self._coupled = np.eye(coupled.shape[1]) - coupled
+        self._seen: Array | None = None  # known with the first run
 
     def _by_motions(self, answers: Some) -> Array:
         """Return answers to forces as those to motions, (m, a, s n_f) to (m, a, s n_y)."""
@@ -200,34 +201,40 @@ class LinearizedSegments:
         returns (L + 1, q, n, k), (m, s n_y, k).
         """
         count, intervals = self._count, self.intervals
-        m, size, n = self._seen.shape
-        q, added, at_points = m // count, None, None
+        m, size, n = intervals.seen.shape
+        q, width = m // count, 0 if forces is None else forces.shape[2]
+        at_points: Some = np.zeros((m, size, width))
+        ends: Some = np.zeros((m, n, width))
         if forces is not None:
             at_points, ends = intervals.answered @ forces, intervals.driven @ forces
-            if explicit is not None:
-                at_points, ends = at_points + explicit[0], ends + explicit[1]
-            at_points = self._coupled @ at_points
-            added = (ends + self._driven @ at_points).reshape(count, q, n, -1)
+        if explicit is not None:
+            at_points, ends = at_points + explicit[0], ends + explicit[1]
+        seen, at_points = self._answered(at_points)
+        added = (ends + self._driven @ at_points).reshape(count, q, n, width)
         if first is None:
-            assert added is not None
-            first = np.zeros((q, n, added.shape[-1]))
+            first = np.zeros((q, n, width))
         columns = first.shape[-1]
         nodes, motions = np.empty((count + 1, q, n, columns)), np.empty((count, q, size, columns))
         nodes[0] = first
-        seen, driven = (
-            part.reshape(count, q, *part.shape[1:]) for part in (self._seen, self._driven)
-        )
+        seen, driven = (part.reshape(count, q, *part.shape[1:]) for part in (seen, self._driven))
         for step, free in enumerate(intervals.steps(count)):
             np.matmul(seen[step], nodes[step], out=motions[step])
             following = propagate(free, nodes[step])
             following += driven[step] @ motions[step]
-            if added is not None:
-                following[..., columns - added.shape[-1] :] += added[step]
+            following[..., columns - width :] += added[step]
             nodes[step + 1] = following
         found = motions.reshape(m, size, columns)
-        if at_points is not None:
-            found[..., columns - at_points.shape[-1] :] += at_points
+        found[..., columns - width :] += at_points
         return nodes, found
+
+    def _answered(self, free: Some) -> tuple[Array, Array]:
+        """Return motions by the beginnings, and by what moves without these, (m, s n_y, n or k)."""
+        if self._seen is not None:
+            return self._seen, np.linalg.solve(self._coupled, np.real(free))
+        both = np.concatenate([self.intervals.seen, free], axis=2)
+        found = np.linalg.solve(self._coupled, np.real(both))
+        self._seen = found[..., : found.shape[2] - free.shape[2]]
+        return self._seen, found[..., self._seen.shape[2] :]
 
 
 def solve_segments(
@@ -237,6 +244,7 @@ def solve_segments(
     first: Array,
     motions: Array,
     sizes: Array,
+    close: float = SWEEP.close,
 ) -> ModalSegments | None:
     """Return the trajectories from first states, from a guess of motions; None if none is found.
 
@@ -246,21 +254,21 @@ def solve_segments(
     Shapes: changes (n_c, k); first (q, n); motions (m, s, n_y); typical sizes of motions (n_y,).
     """
     given = intervals, constants, changes, first
-    found = _swept(*given, motions, sizes)
+    found = _swept(given, motions, sizes, close)
     if found is None:
-        found = _swept(*given, _marched(intervals, constants, first, sizes), sizes)
+        motions = _marched(intervals, constants, first, sizes)
+        found = _swept(given, motions, sizes, close)
     return found
 
 
 def _swept(
-    intervals: ForcedIntervals,
-    constants: Constants,
-    changes: Array,
-    first: Array,
+    given: tuple[ForcedIntervals, Constants, Array, Array],
     motions: Array,
     sizes: Array,
+    close: float,
 ) -> ModalSegments | None:
     """Solve all intervals at once: forces are linearized, and one sweep gives the motions."""
+    intervals, constants, _, first = given
     equations, phases = intervals.equations, intervals.phases
     count, before = len(phases) // len(first), np.inf
     for _ in range(SWEEP.iterations):
@@ -270,26 +278,24 @@ def _swept(
             return None
         constant = forces.copy()
         constant[..., : equations.moved] -= np.real(times(slopes, motions))
+        flat = constant.reshape(len(constant), constant.shape[1] * constant.shape[2], 1)
+        sweep = LinearizedSegments(intervals, slopes, count)
         try:
-            sweep = LinearizedSegments(intervals, slopes, count)
+            nodes, found = sweep.run(first[..., None], None, flat)
         except np.linalg.LinAlgError:
             return None
-        flat = constant.reshape(len(constant), constant.shape[1] * constant.shape[2], 1)
-        nodes, found = sweep.run(first[..., None], None, flat)
         step = found.reshape(motions.shape) - motions
         change = np.abs(step).max(axis=(0, 1), initial=0.0)
         length = float((change / sizes).max(initial=0.0))
         if not np.isfinite(length):
             return None
-        if length < SWEEP.close or (length < SWEEP.stalled and length > 0.5 * before):
+        if length < close or (length < SWEEP.stalled and length > 0.5 * before):
             forces[..., : equations.moved] += np.real(times(slopes, step))
             motions = motions + step
-            if length > SWEEP.same:
+            if close == SWEEP.close and length > SWEEP.same:
                 slopes = equations.slopes(motions, phases, constants)
                 sweep = LinearizedSegments(intervals, slopes, count)
-            return ModalSegments(
-                intervals, constants, changes, nodes[..., 0], motions, forces, sweep
-            )
+            return ModalSegments(*given[:3], nodes[..., 0], motions, forces, sweep)
         motions = motions + step
         before = length
     return None

@@ -16,7 +16,7 @@ from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of, times
-from slipfold.flow.modal_segments import ModalSegments, in_time, joined, solve_segments
+from slipfold.flow.modal_segments import SWEEP, ModalSegments, in_time, joined, solve_segments
 from slipfold.flow.modes import contacts_of
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut
@@ -287,7 +287,11 @@ class ModalShooting(MeshDiscretization, Shooting):
     # -- states elsewhere ----------------------------------------------------------------------
 
     def _ended(
-        self, solved: ModalSegments, constants: Constants, phases: Array
+        self,
+        solved: ModalSegments,
+        constants: Constants,
+        phases: Array,
+        close: float = SWEEP.close,
     ) -> tuple[Places, Places, ModalSegments | None]:
         """Trajectories from the mesh points before phases: segments, their intervals, and these."""
         within = self.phase + (phases - self.phase) % self.period
@@ -302,7 +306,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         weights = np.polynomial.legendre.legvander(2 * places - 1, MESH.stages - 1)
         motions = weights @ self.points.transform @ solved.motions[row]
         first, given = solved.nodes[step, segment], (constants, solved.changes)
-        part = solve_segments(intervals, *given, first, motions, self._sizes)
+        part = solve_segments(intervals, *given, first, motions, self._sizes, close)
         return segment, step, part
 
     def propagate_to(
@@ -335,10 +339,11 @@ class ModalShooting(MeshDiscretization, Shooting):
         if (first := self._first_of(nodes)) is not None:
             by, turns, _ = first
             which, own = np.divmod((phases - self.phase) % self.period, by.end[-1])
-            known = by.states(nodes[: by.segments], constants, own) / self.scales
+            once, at = np.unique(np.round(own / MESH.grid) * MESH.grid, return_inverse=True)
+            known = by.states(nodes[: by.segments], constants, once)[at] / self.scales
             return times(turns[which.astype(np.intp) % len(turns)], known) * self.scales
         solved = self._solved(nodes, constants)
-        part = None if solved is None else self._ended(solved, constants, phases)[2]
+        part = solved and self._ended(solved, constants, phases, SWEEP.near)[2]
         if part is None:
             return super().states(nodes, constants, phases)
         return np.asarray(part.ends @ self._out.T * self.scales)
