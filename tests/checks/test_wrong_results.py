@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from slipfold import Settings, SlidingOscillator, System, periodic_orbit, response
+from helpers.dry_friction import belt
+from slipfold import Jenkins, Settings, SlidingOscillator, System, periodic_orbit, response
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
@@ -106,6 +107,15 @@ def test_an_orbit_beside_the_right_one_does_not(orbit):
     # Newton's step leads back, but along a cycle's motion, which is a phase.
     assert 1e-7 < difference(beside).value < 1e-4
     assert retraced_difference(beside).value > 1e-8
+
+
+def test_a_stiff_orbit_beside_the_right_one_does_not():
+    # The state of the contact follows the slip at once; of the others eight digits are checked.
+    model = belt(Jenkins(kt=1e5), 0.0, 0.1, stiffness=100.0, force=30, f=1.0)
+    right, scales = periodic_orbit(model), model.state_scales()
+    assert retraced_difference(right).excess < 1
+    found = retraced_difference(replace(right, nodes=right.nodes + 1e-7 * scales * [1, 0, 0]))
+    assert (found.method, found.allowed, found.excess > 1) == ("implicit steps", 1e-8, True)
 
 
 def test_wrong_multipliers_do_not(orbit):

@@ -41,6 +41,8 @@ class CheckSettings:
     condensed: int = 300  # equations of harmonic balance, as many as a point of a stiff branch
     memory: int = 4_000_000  # numbers in the matrices that are stored at a time: 32 MB
     parts: int = 8  # of a stiff orbit, each from a node of its own
+    # Exponent by which decays within a part what follows other states at once: 1e-9 of it is left
+    follows: float = 20.0
     # Work of checks, in points of a branch of period 1, as measured with 2 to 20 states: an orbit
     # of n states in N pieces takes base + N piece (1 + n / 20). Work is counted, not timed, so that
     # the same is checked on every machine.

@@ -44,11 +44,14 @@ def implicit_ends(
     return result
 
 
-def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
+def implicit_difference(orbit: PeriodicOrbit, flow: Flow) -> Difference | None:
     """Return the error at the ends of parts, over the size; None where the flow is not stiff.
 
-    Each part starts from a node of its own, so that errors do not grow on the way.
+    Each part starts from a node of its own, so that errors do not grow on the way. What decays
+    within a part counts less.
     """
+    from scipy.linalg import schur  # slow to import
+
     constants = flow.constants_of(orbit.model)
     if not flow.is_stiff(orbit.state, constants):
         return None
@@ -56,11 +59,21 @@ def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
     starts = np.arange(0, count, max(1, count // CHECKS.parts))
     nodes = orbit.nodes[starts] / constants.scales
     phases = np.append(starts, count) * (orbit.period / count)
-    arrived = implicit_ends(StiffFallback(flow, constants), nodes, phases[:-1], phases[1:])
-    angle_periods = orbit.model.angle_periods / constants.scales
-    apart = wrap_angles(arrived - np.roll(nodes, -1, axis=0), angle_periods)
-    drift = float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
-    return drift if np.isfinite(drift) else np.inf
+    fallback, following = StiffFallback(flow, constants), np.roll(nodes, -1, axis=0)
+    arrived = implicit_ends(fallback, nodes, phases[:-1], phases[1:])
+    apart = wrap_angles(arrived - following, orbit.model.angle_periods / constants.scales)
+    slopes = fallback.field.jacobians(following, phases[1:]) * np.diff(phases)[:, None, None]
+    if not (np.isfinite(apart).all() and np.isfinite(slopes).all()):
+        return Difference(np.inf, CHECKS.coarse, "implicit steps")
+    slow = 0.0
+    for error, slope in zip(apart, slopes, strict=True):
+        # Vectors on the left of what does not decay are blind to what does.
+        _, basis, count = schur(slope.T, sort=lambda real, _: real > -CHECKS.follows)
+        slow = max(slow, float(np.linalg.norm(error @ basis[:, :count])))
+    size = max(1.0, float(np.abs(nodes).max()))
+    found = [(slow, CHECKS.states), (float(np.abs(apart).max()), CHECKS.coarse)]
+    differences = [Difference(value / size, most, "implicit steps") for value, most in found]
+    return max(differences, key=lambda difference: difference.excess)
 
 
 FINER = (1, 2, 4)
@@ -252,10 +265,8 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     (retraced,) = retrace(flow, orbit.model.state_scales(), [solution])
     # Where a fast decay is only just resolved, rounding must not choose the method.
     plain = retraced.resolved and retraced.drift <= CHECKS.states
-    stiff = None if plain else implicit_drift(orbit, flow)
-    if stiff is not None:
-        return Difference(stiff, CHECKS.coarse, "implicit steps")
-    return Difference(retraced.drift)
+    stiff = None if plain else implicit_difference(orbit, flow)
+    return Difference(retraced.drift) if stiff is None else stiff
 
 
 def balanced_difference(orbit: PeriodicOrbit) -> Difference | None:
