@@ -188,17 +188,6 @@ class _Endings(Endings[CirclePoint]):
         state_text = f"{failure.reason}; its last harmonics are {size:.0e} of the largest"
         return self._end(traced, "broken" if size > TORUS.tail else failure.kind, state_text)
 
-    def contradicted(self, traced: TracedCurve[CirclePoint], extremum: CirclePoint) -> End:
-        """Return the end at a Neimark-Sacker point, an extremum if the last step passes it.
-
-        Beyond it the same tori follow with the opposite sign.
-        """
-        end = traced.end
-        if end is None or end.kind != "bifurcation" or traced.points[-2] is not extremum:
-            return super().contradicted(traced, extremum)
-        traced.points.pop()
-        return replace(end, values=extremum.curve.place(extremum.z))
-
 
 INVARIANT = 1e-8
 """How far a circle may fail to be invariant; what is known less well is left out."""
