@@ -29,6 +29,25 @@ class Cubic(AlgebraicCurve):
         return {"fold": tangent[1]}
 
 
+class Ending(AlgebraicCurve):
+    """p = 3 x log(x), which has no points beyond x = 0."""
+
+    beyond = 0
+
+    def defect(self, z):
+        self.beyond += z[0] < 0
+        with np.errstate(invalid="ignore"):
+            return np.array([z[1] - 3 * z[0] * np.log(z[0])])
+
+    def jacobian(self, z):
+        return np.array([[-3 - 3 * np.log(z[0]), 1.0]])
+
+
+class EndInSight(Ending):
+    def ahead(self, points):
+        return points[-1].z[0] / -points[-1].tangent[0]
+
+
 class Reaches:
     """Ends a curve where x has a value."""
 
@@ -113,3 +132,12 @@ def test_a_step_that_rounding_swallows_is_none():
     trail = follow(curve, start, [(1, -4.0, 4.0)], [Zeros(curve)], first_step=1e-8)
     assert trail.end.kind == "failed"
     assert len(trail.points) == 1
+
+
+def test_a_step_goes_only_once_beyond_an_end_in_sight():
+    blind, curve = Ending(), EndInSight()
+    for each in (blind, curve):
+        start = each.begin([1.0, 0.0], row=[-1, 0])
+        trail = follow(each, start, [(1, -9.0, 9.0)], [Reaches(each, 1e-4)])
+        assert trail.points[-1].z == pytest.approx([1e-4, 3e-4 * np.log(1e-4)])
+    assert curve.beyond == 1 < blind.beyond

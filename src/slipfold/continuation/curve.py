@@ -103,6 +103,10 @@ class Curve(ABC, Generic[P]):
         """
         return None
 
+    def ahead(self, points: Sequence[P]) -> float:
+        """Return the arclength from the last point to where solutions end, infinite if unknown."""
+        return np.inf
+
     def residual(self, defect: Array) -> float:
         """Return the residual of an unknown, in the norm that tolerances refer to."""
         return float(np.abs(defect).max())

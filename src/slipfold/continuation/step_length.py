@@ -42,6 +42,10 @@ class StepRules:
     # By this factor that maximum rises with each step that is accepted: where a curve becomes
     # singular, as at a limit, every growth by 2.5 was followed by a failure
     easier: float = 2.0
+    # Fraction of the estimated distance to where the model ends that a step takes, once a step
+    # failed there: with 0.6 to 0.8 a response took 45 to 47 points and trials, with 0.9 there were
+    # failures, and without it 50
+    toward_end: float = 0.7
     # Weight of the error of polynomials through the test functions where a prediction from
     # derivatives is better. Lines drawn through the points are such polynomials, and need this many
     # points

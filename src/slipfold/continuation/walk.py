@@ -386,6 +386,7 @@ class _OneCurve(FrontEquations, Generic[P]):
         self._curve, self._settings = curve, settings
         self._reason = TOO_SHARP
         self._corrected: P | None = None
+        self._nears_end = False  # whether a step failed since it went beyond the end of the model
         names = ("z", "tangent", "values", "arclength")
         last = self.recent[-POINTS:]
         z, *rest = (np.array([[getattr(point, name) for point in last]]) for name in names)
@@ -395,13 +396,24 @@ class _OneCurve(FrontEquations, Generic[P]):
         """Take a step, shortening it until it is accepted."""
         front, smallest = self.front, self._settings.steps.smallest
         self._reason = TOO_SHARP
+        if self._nears_end:
+            front.step = np.minimum(front.step, self._before_end)
         while front.step[0] >= smallest:
+            tried = front.step[0]
             trial = front.take(ONLY)
             if trial.fits[0]:
                 front.accept(trial, ONLY)
                 self.recent = [*self.recent, trial.result.point][-NEWTON.known :]
                 return self.recent[-1]
+            if not trial.result.found[0] and self._before_end < tried:
+                self._nears_end = True
+                front.step = np.maximum(front.step, self._before_end)
         return Failure("failed", f"the step fell below {smallest:g}: {self._reason}")
+
+    @property
+    def _before_end(self) -> float:
+        """Longest step that stays before the end of the model, as far as that is in sight."""
+        return STEP.toward_end * self._curve.ahead(self.recent)
 
     def correct(
         self, rows: Indices, guesses: Array, normals: Array, arclengths: Array

@@ -135,6 +135,24 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return np.inf
 
+    def ahead(self, points: Sequence[OrbitPoint]) -> float:
+        """Return the arclength to where an output is zero, if its limit lies a little before that.
+
+        Outputs follow the tangents of parabolas through their margins, as far as these are known:
+        they approach a singularity ever more slowly.
+        """
+        limits, last = self.orbits.model.limits, points[-POINTS:]
+        known = [vars(point).get("margins") for point in last]
+        if not limits or len(last) < POINTS or any(margins is None for margins in known):
+            return np.inf
+        bounds = np.array([limit.bound for limit in limits])
+        (a, b, c), outputs = (point.arclength for point in last), np.array(known) + bounds
+        with np.errstate(invalid="ignore"):  # margins of orbits with stick are infinite
+            first, second = (outputs[1] - outputs[0]) / (b - a), (outputs[2] - outputs[1]) / (c - b)
+            slopes = second + (second - first) * ((c - b) / (c - a))
+        falls = (bounds > 0) & (slopes < 0)
+        return float((outputs[2][falls] / -slopes[falls]).min(initial=np.inf))
+
     def residual(self, defect: Array) -> float:
         """Return the largest mismatch, in the scales of the states."""
         missed, finer = np.abs(defect), self.orbits.finer
