@@ -20,7 +20,8 @@ from slipfold.errors import InputError
 from slipfold.models.levels import reference_of, unit_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import POINT_TYPES, REQUESTED_TYPES
-from slipfold.orbits.extrema import Extrema
+from slipfold.orbits.extrema import AVERAGED, Extrema
+from slipfold.orbits.periodic_orbit import measured_of
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What a figure may show of an output over an orbit."""
@@ -28,8 +29,8 @@ MEASURES = ("max", "min", "peak_to_peak", "modulus")
 MAX_AND_MIN = "max_and_min"
 """The first two together, a line each: figures of responses show them."""
 
-RMS, LEVEL = "rms", "level"
-"""What it shows as means: a level in dB is re that of ISO 1683, or is ``level re 1 um``."""
+LEVEL = "level"
+"""What it shows in dB, re that of ISO 1683; or ``level re 1 um``."""
 
 STUCK = "stuck_fraction"
 """What it may show of its contacts instead, whatever the output."""
@@ -98,7 +99,7 @@ def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
     if output not in extrema.names:
         raise InputError(f"output {output!r} is unknown; give one of {', '.join(extrema.names)}")
     if measure not in MEASURES:
-        names = ", ".join((*MEASURES, MAX_AND_MIN, RMS, LEVEL, STUCK))
+        names = ", ".join((*MEASURES, MAX_AND_MIN, *AVERAGED, LEVEL, STUCK))
         raise InputError(f"measure {measure!r} is unknown; give one of {names}")
     return extrema.measured(measure, output)
 
@@ -119,8 +120,8 @@ def level_unit(model: Model, output: str, measure: str) -> str:
 
 def measured_along(branch: Branch, output: str, measure: str) -> Array:
     """Return what a figure shows along a branch, shape (n_points,)."""
-    if measure == RMS:
-        return branch.rms(output)
+    if measure in AVERAGED:
+        return measured_of(branch, measure, output)
     if is_level(measure):
         return branch.level(output, _reference(measure))
     if measure != STUCK:
@@ -137,8 +138,8 @@ def measured_at(point: SpecialPoint, output: str, measure: str) -> float:
     """Return what a figure shows at a special point."""
     if measure == STUCK:
         return float(np.nan_to_num(point.stuck_fraction))
-    if measure == RMS:
-        return point.orbit.rms(output)
+    if measure in AVERAGED:
+        return float(measured_of(point.orbit, measure, output)[0])
     if is_level(measure):
         return point.orbit.level(output, _reference(measure))
     return float(measure_of(point.orbit.extrema_of(output), output, measure)[0])
@@ -249,7 +250,7 @@ def torus_segments(tori: TorusBranch, output: str, measure: str = "max") -> tupl
     there may be many in one place and few in another, between which no polynomial swings. Across
     circles that were left out there is no line.
     """
-    if len(tori) < 2 or measure in (STUCK, RMS) or is_level(measure):
+    if len(tori) < 2 or measure in (STUCK, *AVERAGED) or is_level(measure):
         return ()
     parameter, value = tori.parameter, measure_of(tori.extrema, output, measure)
     steps = [np.diff(item) / (np.ptp(item) or 1.0) for item in (parameter, value)]

@@ -22,25 +22,34 @@ DAMPER = sf.System(
 )
 
 
-def peaks(model, vary, span, output="x", **options):
-    diagram = sf.response(model, vary, span, events=[sf.Event(output)], **options)
+def peaks(model, vary, span, output="x", measure="max", **options):
+    diagram = sf.response(model, vary, span, events=[sf.Event(output, None, measure)], **options)
     return [point for _, point in diagram.special if point.type == "MAX"]
 
 
-def ridge(model, vary, span, plane, window, output="x"):
-    (point,) = peaks(model, vary, span, output)
+def ridge(model, vary, span, plane, window, output="x", measure="max"):
+    (point,) = peaks(model, vary, span, output, measure)
     diagram = sf.locus(point, plane, window)
     (locus,) = diagram.loci
-    assert (locus.type, locus.quantity) == ("MAX", f"max {output}")
+    assert (locus.type, locus.quantity) == ("MAX", f"{measure} {output}")
     assert diagram.checked.agree
     return diagram
 
 
-def test_peaks_of_a_linear_oscillator_lie_on_a_straight_line():
-    (locus,) = ridge(LINEAR, "W", (0.6, 1.4), ("W", "F"), ((0.6, 1.4), (0.2, 3))).loci
+@pytest.mark.parametrize(
+    ("measure", "output", "peak", "height"),
+    [
+        ("max", "x", np.sqrt(0.98), 5 / np.sqrt(0.99)),
+        ("rms", "v", 1.0, 5 / np.sqrt(2)),
+        ("harmonic", "v", 1.0, 5.0),
+    ],
+)
+def test_peaks_of_a_linear_oscillator_lie_on_a_straight_line(measure, output, peak, height):
+    plane = (0.6, 1.4), ("W", "F"), ((0.6, 1.4), (0.2, 3))
+    (locus,) = ridge(LINEAR, "W", *plane, output, measure).loci
     frequency, force = locus.values.T
-    assert frequency == pytest.approx(np.sqrt(0.98), abs=1e-12)
-    assert locus.measured == pytest.approx(force / (0.2 * np.sqrt(0.99)), rel=1e-11)
+    assert frequency == pytest.approx(peak, abs=1e-12)
+    assert locus.measured == pytest.approx(force * height, rel=1e-11)
     assert {end.kind for end in locus.ends} == {"window"}
 
 

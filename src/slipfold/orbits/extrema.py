@@ -64,6 +64,8 @@ class ExtremaSearch:
 
 SEARCH = ExtremaSearch()
 
+AVERAGED = ("rms", "harmonic")
+"""Measures of an output over an orbit that are means, beside those of its extrema."""
 
 TOGETHER = 32
 """Orbits examined at once: they fill the lanes of the flow."""

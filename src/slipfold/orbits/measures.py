@@ -1,4 +1,4 @@
-"""Derivatives of what is measured of an output over an orbit: its maximum, minimum and range."""
+"""Derivatives of what is measured of an output over an orbit: extrema, rms, first harmonic."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.orbits.extrema import AVERAGED
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.switched_shooting import DIFFERENCED
@@ -26,12 +27,22 @@ class MeasureSettings:
     # derivatives change within a thousandth
     step: float = 3e-5
     borders: int = 3  # times that a system is bordered anew: twice suffice
+    # Samples a forcing period of which means are taken: those of smooth outputs are doubled until
+    # the mean changes by no more than this part; with corners the last leave 1e-5 of it
+    most: int = 1024
+    change: float = 1e-12
+    corners: int = 256
 
 
 SEARCH = MeasureSettings()
 
 WEIGHTS = {"max": {1: 1.0}, "min": {-1: 1.0}, "peak_to_peak": {-1: -1.0, 1: 1.0}}
 """Weights of minimum (-1) and maximum (1) in each measure."""
+
+
+def mean_of(orbits: Orbits, z: Array, measure: str, output: str) -> float:
+    """Return a measure of `AVERAGED` of an output over an orbit."""
+    return _Along(orbits, z, output).mean(measure)[0]
 
 
 def measure_gradient(orbits: Orbits, z: Array, measure: str, output: str) -> Array:
@@ -42,6 +53,8 @@ def measure_gradient(orbits: Orbits, z: Array, measure: str, output: str) -> Arr
     and weighed so that the rates of the output cancel.
     """
     along = _Along(orbits, z, output)
+    if measure in AVERAGED:
+        return along.mean_gradient(measure)
     return np.sum([w * along.extremum(sign).gradient for sign, w in WEIGHTS[measure].items()], 0)
 
 
@@ -61,6 +74,8 @@ class Extremal:
 
     def gradient(self, orbits: Orbits, z: Array) -> Array:
         """Return the derivatives of the measure, shape (u,)."""
+        if self.measure in AVERAGED:
+            return measure_gradient(orbits, z, self.measure, self.output)
         weights, found = WEIGHTS[self.measure].values(), self._extrema(orbits, z)
         return np.sum([w * item.gradient for w, item in zip(weights, found, strict=True)], 0)
 
@@ -110,9 +125,10 @@ class Extremal:
 
         Extrema that move smoothly are not searched again: their phase goes with the rate.
         """
-        known = self._extrema(orbits, z)
-        smooth = all(item.is_smooth for item in known)
-        pairs = list(zip(WEIGHTS[self.measure].items(), known, strict=True))
+        mean = self.measure in AVERAGED
+        known = [] if mean else self._extrema(orbits, z)
+        smooth = orbits.by.smooth if mean else all(item.is_smooth for item in known)
+        pairs = [] if mean else list(zip(WEIGHTS[self.measure].items(), known, strict=True))
 
         def rows(step: float) -> Array:
             there = z + step * right
@@ -120,7 +136,7 @@ class Extremal:
             found = [
                 share * (along.gradient_at(item.phase) if smooth else along.extremum(sign).gradient)
                 for (sign, share), item in pairs
-            ]
+            ] or [self.gradient(orbits, there)]
             whole = left[:size] @ orbits.linearize(there).jacobian[:size]
             return np.asarray(whole + weight * np.sum(found, axis=0))
 
@@ -180,6 +196,42 @@ class _Along:
         """Return the derivatives at a phase, shape (u,)."""
         return np.asarray(self._rows(np.array([phase]))[0][0])
 
+    def mean(self, measure: str) -> tuple[float, Array, Array]:
+        """Return a mean of the output, the phases of its samples, and its derivatives by these."""
+        by, smooth = self._by, self._by.smooth
+        count, before = SEARCH.samples if smooth else SEARCH.corners, np.inf
+        while True:
+            even = np.arange(count * by.period) / count
+            phases = by.before(by.phase + even)[1]
+            values = self._values(phases)
+            if measure == "rms":
+                size = float(np.sqrt(np.mean(values**2)))
+                weights = values / (len(values) * (size or 1.0))
+            else:
+                turned = 2 / len(values) * np.exp(-2j * np.pi * phases)
+                part = turned @ values
+                size = float(abs(part))
+                weights = (np.conj(part) * turned).real / (size or 1.0)
+            settled = not smooth or abs(size - before) <= SEARCH.change * np.abs(values).max()
+            if settled or count >= SEARCH.most:
+                return size, phases, weights
+            count, before = 2 * count, size
+
+    def mean_gradient(self, measure: str) -> Array:
+        """Return the derivatives of a mean by the unknown, shape (u,)."""
+        _, phases, weights = self.mean(measure)
+        return np.asarray(weights @ self._rows(phases)[0])
+
+    def _values(self, phases: Array) -> Array:
+        """Return the output at phases, shape (q,)."""
+        by = self._by
+        states = by.states(self._nodes, self._constants, phases)
+        values, column = np.empty(len(phases)), by.flow.output_index(self._output)
+        for flow, rows in by.flows_at(self._nodes, self._constants, phases):
+            found = flow.outputs(states[rows], phases[rows], self._constants)
+            values[rows] = found[:, column]
+        return values
+
     def _rows(self, phases: Array) -> tuple[Array, Array]:
         """Return the derivatives at phases by the unknown, (q, u), and rates of the output, (q,).
 
@@ -204,11 +256,7 @@ class _Along:
         even = np.arange(SEARCH.samples * by.period) / SEARCH.samples
         phases = np.sort(np.append(by.phase + even, by.start))
         phases = phases[np.diff(phases, append=np.inf) > SEARCH.aside]
-        states = by.states(self._nodes, self._constants, phases)
-        values, column = np.empty(len(phases)), by.flow.output_index(self._output)
-        for flow, rows in by.flows_at(self._nodes, self._constants, phases):
-            found = flow.outputs(states[rows], phases[rows], self._constants)
-            values[rows] = found[:, column]
+        values = self._values(phases)
         place = int(np.argmax(sign * values))
         left = phases[place - 1] - (by.period if place == 0 else 0.0)
         right = phases[(place + 1) % len(phases)]

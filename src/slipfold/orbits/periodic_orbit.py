@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,7 @@ from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
 from slipfold.models.levels import POWERS, reference_of, unit_of
 from slipfold.models.model import Model
-from slipfold.orbits.extrema import Extrema, find_extrema, revolutions_of_segments
+from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema, revolutions_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.text import (
     OneLine,
@@ -83,6 +84,23 @@ class Measured:
         """
         raise NotImplementedError
 
+    def harmonic(self, output: str, number: int = 1) -> Any:
+        """Return the amplitude of a harmonic of one output.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        number
+            That of the harmonic: its frequency is so many times that of the forcing, or of a cycle.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        raise NotImplementedError
+
     def level(self, output: str, reference: float | str | None = None) -> Any:
         """Return the level of one output in dB.
 
@@ -104,6 +122,13 @@ class Measured:
             an output without a standard one.
         """
         raise NotImplementedError
+
+
+def measured_of(given: Measured, measure: str, output: str) -> Array:
+    """Return a measure of one output over each orbit, shape (n,)."""
+    if measure in AVERAGED:
+        return np.atleast_1d(getattr(given, measure)(output))
+    return given.extrema_of(output).measured(measure, output)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -286,11 +311,16 @@ class PeriodicOrbit(Measured, OneLine):
         >>> abs(orbit.mean("v")) < 1e-12
         True
         """
-        return self._mean_power(output, 1)
+        return float(self._mean(output, lambda *_: 1.0))
 
     def rms(self, output: str) -> float:
         """Return the root mean square of one output."""
-        return math.sqrt(self._mean_power(output, 2))
+        return math.sqrt(self._mean(output, lambda _, values: values))
+
+    def harmonic(self, output: str, number: int = 1) -> float:
+        """Return the amplitude of a harmonic of one output."""
+        turn = -2j * math.pi * number * self.period / self.duration
+        return 2 * abs(self._mean(output, lambda time, _: np.exp(turn * time)))
 
     def level(self, output: str, reference: float | str | None = None) -> float:
         """Return the level of one output in dB."""
@@ -298,12 +328,13 @@ class PeriodicOrbit(Measured, OneLine):
         size = abs(self.mean(output)) if unit in POWERS else self.rms(output)
         return reference_of(unit, reference).level(size)
 
-    def _mean_power(self, output: str, power: int) -> float:
-        """Return the mean of a power of one output."""
+    def _mean(self, output: str, weights: Callable[[Array, Array], Any]) -> Any:
+        """Return the mean of one output times weights that times and values give."""
         count, before = MEANS.fewest * self.period, np.inf
         while True:
-            values = self.output(output, count)[1] ** power
-            mean = float(values.mean())
+            time, values = self.output(output, count)
+            values = values * weights(time, values)
+            mean = values.mean()
             settled = abs(mean - before) <= MEANS.change * float(np.abs(values).mean())
             if settled or count >= MEANS.most * self.period:
                 return mean

@@ -17,8 +17,8 @@ from slipfold.continuation.traced_curve import Found, Monitor, MonitorResult, St
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES
-from slipfold.orbits.extrema import find_extrema
-from slipfold.orbits.measures import measure_gradient
+from slipfold.orbits.extrema import AVERAGED, find_extrema
+from slipfold.orbits.measures import mean_of, measure_gradient
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.uncertainty import SPREAD
 
@@ -127,7 +127,7 @@ class Events(_Watch):
         """Return by how much what each event measures exceeds the value requested."""
         orbits, z, names = point.curve.orbits, point.z, []
         for event in self._events:
-            if event.measure != "parameter" and event.name not in names:
+            if event.measure not in (*AVERAGED, "parameter") and event.name not in names:
                 names.append(event.name)
         if names:
             vector, nodes = orbits.vector(z)[None], orbits.evenly(z)[None]
@@ -138,6 +138,8 @@ class Events(_Watch):
             if event.measure == "parameter":
                 place = orbits.model.parameter_index(event.name)
                 result.append(float(orbits.vector(z)[place]) - event.value)
+            elif event.measure in AVERAGED:
+                result.append(mean_of(orbits, z, event.measure, event.name) - event.value)
             else:
                 result.append(float(extrema.measured(event.measure, event.name)[0]) - event.value)
         return np.array(result)

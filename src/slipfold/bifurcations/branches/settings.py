@@ -75,7 +75,7 @@ class Settings(Stepping):
             )
 
 
-MEASURES = ("max", "min", "peak_to_peak", "parameter")
+MEASURES = ("max", "min", "peak_to_peak", "rms", "harmonic", "parameter")
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,9 @@ class Event:
         The value to be found, in its unit. None for where the measure has a maximum or minimum
         along the branch, such as the peak of a resonance: a special point of type MAX or MIN.
     measure
-        ``"max"``, ``"min"`` or ``"peak_to_peak"`` of the output over the orbit, or
-        ``"parameter"`` for a value of the parameter itself.
+        ``"max"``, ``"min"``, ``"peak_to_peak"``, ``"rms"`` or ``"harmonic"``, the amplitude of the
+        first harmonic, of the output over the orbit, or ``"parameter"`` for a value of the
+        parameter itself.
     stop
         Whether the branch ends there.
 

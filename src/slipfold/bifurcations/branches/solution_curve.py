@@ -217,6 +217,10 @@ class OrbitSeries(Measured, SolutionCurve):
         """Return the root mean square of one output over each orbit, shape (n_points,)."""
         return np.array([self.orbit(index).rms(output) for index in range(len(self))])
 
+    def harmonic(self, output: str, number: int = 1) -> Array:
+        """Return the amplitude of a harmonic of one output over each orbit, shape (n_points,)."""
+        return np.array([self.orbit(index).harmonic(output, number) for index in range(len(self))])
+
     def level(self, output: str, reference: float | str | None = None) -> Array:
         """Return the level of one output over each orbit in dB, shape (n_points,)."""
         return np.array([self.orbit(index).level(output, reference) for index in range(len(self))])

@@ -19,6 +19,7 @@ from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, CONTACT_TYPES, POINT_TYPES, TWO_PAIRS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.periodic_orbit import measured_of
 from slipfold.orbits.uncertainty import recomputed
 
 
@@ -192,11 +193,11 @@ def _as_locus(
     )
     if locus.quantity:
         measure, output = locus.quantity.split(" ", 1)
-        measured = locus.extrema_of(output).measured(measure, output)
         heights = (
-            replace(each, measured=float(each.orbit.extrema.measured(measure, output)[0]))
+            replace(each, measured=float(measured_of(each.orbit, measure, output)[0]))
             for each in locus.special
         )
+        measured = measured_of(locus, measure, output)
         return replace(locus, special=tuple(heights), measured=measured)
     judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)
     return replace(locus, special=tuple(judged))

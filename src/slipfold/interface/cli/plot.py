@@ -26,9 +26,10 @@ Output = Annotated[
 Measure = Annotated[
     str | None,
     Option(
-        "Of a response or sweep: what to show of each solution; max_and_min, rms and level, in dB "
-        "re ISO 1683 or as in 'level re 1 um', of responses only, stroboscopic of sweeps only.",
-        metavar="max|min|max_and_min|peak_to_peak|modulus|rms|level|stuck_fraction|stroboscopic",
+        "Of a response or sweep: what to show of each solution; max_and_min, rms, harmonic "
+        "(the first) and level, in dB re ISO 1683 or as in 'level re 1 um', of responses only, "
+        "stroboscopic of sweeps only.",
+        metavar="max|min|max_and_min|peak_to_peak|modulus|rms|harmonic|level|stuck_fraction|stroboscopic",
     ),
 ]
 PlotKind = Annotated[
@@ -135,6 +136,7 @@ def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
     """Return the points of a response as CSV, a row each; of tori there are only extrema."""
     from slipfold import lines
     from slipfold.models.levels import unit_of
+    from slipfold.orbits.extrema import AVERAGED
     from slipfold.results.tables import Frame
 
     model, shown, parts = diagram.model, output or diagram.model.shown[0], lines.parts_of(measure)
@@ -146,7 +148,7 @@ def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
             value = [lines.measured_at(item, shown, part) for part in parts]
             known.append((item.arclength, item.value, *value, item.type))
         rows += [(branch.id, *row) for _, *row in sorted(known, key=lambda each: each[0])]
-    none = measure in (lines.STUCK, lines.RMS) or lines.is_level(measure)
+    none = measure in (lines.STUCK, *AVERAGED) or lines.is_level(measure)
     for tori in diagram.tori:
         extrema = [
             [""] * len(tori) if none else lines.measure_of(tori.extrema, shown, p) for p in parts

@@ -357,7 +357,7 @@ class EventTable(Table):
 
     output: Line = ""
     value: Number = Field(examples=["value = 1.0"])
-    measure: Literal["max", "min", "peak_to_peak", "parameter"] = "max"
+    measure: Literal["max", "min", "peak_to_peak", "rms", "harmonic", "parameter"] = "max"
     stop: StrictBool = False
 
 
@@ -368,7 +368,7 @@ class WatchedValue:
     name: str  # name of the event
     output: str  # a state, an output or, with the measure ``"parameter"``, a parameter
     value: float  # the value, in its unit
-    measure: str = "max"  # ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"parameter"``
+    measure: str = "max"  # as in `EventTable`
     stop: bool = False  # whether the branch ends there
 
 
