@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
@@ -127,11 +127,15 @@ def measured_along(branch: Branch, output: str, measure: str) -> Array:
     if measure != STUCK:
         return measure_of(branch.extrema_of(output), output, measure)
     if branch.stuck_fraction is None:
-        raise InputError(
-            f"no orbit of branch {branch.id} sticks, so it has no {STUCK}; give another measure"
-        )
+        return np.zeros(len(branch))
     # Of orbits along which contacts always slip it is NaN.
     return np.nan_to_num(branch.stuck_fraction)
+
+
+def check_measure(branches: Iterable[Branch], measure: str) -> None:
+    """Refuse a fraction of sticking where no contact of any branch sticks."""
+    if measure == STUCK and all(branch.stuck_fraction is None for branch in branches):
+        raise InputError(f"no orbit sticks, so there is no {STUCK} to show; give another measure")
 
 
 def measured_at(point: SpecialPoint, output: str, measure: str) -> float:

@@ -21,6 +21,7 @@ from slipfold.lines import (
     STABLE,
     STUCK,
     branch_segments,
+    check_measure,
     is_level,
     level_unit,
     measured_along,
@@ -141,6 +142,7 @@ def draw_family(
 ) -> Axes:
     """Draw several response diagrams into one picture; `name_family` adds the names."""
     first = _curves(diagrams)[0]
+    check_measure([branch for each in diagrams for branch in each.branches], measure)
     ax = axes_or_new(ax)
     if measure == STUCK:
         ax.set_ylabel("fraction of the period in which a contact sticks")
@@ -156,6 +158,7 @@ def draw_family(
                 for line in branch_segments(branch, output, part):
                     ax.plot(line.parameter, line.value, color=color, **LINES[line.kind])
         _draw_tori(ax, diagram.tori, output, measure, color)
+    _leave_out_families(ax, diagrams, output, measure)
     # Markers lie on top of all lines.
     for diagram, color in zip(diagrams, colors, strict=True):
         for mark in _marks([diagram], output, measure):
@@ -166,6 +169,20 @@ def draw_family(
             )  # fmt: skip
     ax.set_xlabel(first.model.parameter(first.vary).label)
     return ax
+
+
+def _leave_out_families(ax: Axes, diagrams: Sequence[Diagram], output: str, measure: str) -> None:
+    """Fit the ordinate to all but families of cycles of every amplitude, as around a center."""
+    branches = [branch for diagram in diagrams for branch in diagram.branches]
+    others = [branch for branch in branches if branch.stopped.kind != "family"]
+    if len(others) == len(branches):
+        return
+    lines = [branch_segments(each, output, part) for each in others for part in parts_of(measure)]
+    values = np.concatenate([np.empty(0), *(line.value for own in lines for line in own)])
+    values = values[np.isfinite(values)]
+    if len(values) and np.ptp(values) > 0:
+        room = 0.05 * float(np.ptp(values))
+        ax.set_ylim(values.min() - room, values.max() + room)
 
 
 def name_family(

@@ -137,16 +137,19 @@ def draw_spectrum(
     color: str = "black",
     *,
     floor: float | None = None,
-    largest_order: float = 3.0,
+    largest_order: float | None = None,
     annotate: bool = True,
 ) -> Axes:
     """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale.
 
-    Lines of less than `floor` are left out: 1e-6, or 1e-4 of the highest line if that is less.
+    Lines of less than `floor` are left out: 1e-6, or 1e-4 of the highest line if that is less. The
+    largest multiple of the forcing's frequency is 3, or beyond the highest line.
     """
     spectrum = solution.spectrum() if isinstance(solution, Simulation) else solution
     output = output or spectrum.model.shown[0]
     amplitude = spectrum.of(output)
+    if largest_order is None:
+        largest_order = max(3.0, 1.2 * float(spectrum.order[np.argmax(amplitude)]))
     drawn = spectrum.order <= largest_order * (1 + 1e-9)
     if floor is None:
         # Relative to the highest, or vibration of a micrometer would leave the figure empty.

@@ -140,6 +140,7 @@ def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
     from slipfold.results.tables import Frame
 
     model, shown, parts = diagram.model, output or diagram.model.shown[0], lines.parts_of(measure)
+    lines.check_measure(diagram.branches, measure)
     rows: list[tuple[Any, ...]] = []
     for branch in diagram.branches:
         values = [lines.measured_along(branch, shown, part) for part in parts]
