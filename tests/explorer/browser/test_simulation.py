@@ -93,7 +93,7 @@ def test_views_of_a_torus_follow_what_is_chosen(explorer):
         "aria-label", re.compile("at phase zero of the forcing, 300 points")
     )
     assert page.locator("#plot-motion-section .dot").get_attribute("d").count("h0") == 300
-    expect(page.locator("#plot-motion-spectrum .note")).to_have_text(["f/2", "f", "2f"])
+    expect(page.locator("#plot-motion-spectrum .note")).to_have_text(["f", "f/2", "2f"])
     before = motion.get_attribute("data-drawn")
     motion.get_by_label("of output").select_option("N")
     expect(motion).not_to_have_attribute("data-drawn", before)

@@ -124,8 +124,8 @@ def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) 
         try:
             span = span_about(model, name)
             branches = response(model, name, (span[0], span[1]), on_progress=watch).branches
-        except (*BREAKDOWNS, InputError):
-            continue
+        except (*BREAKDOWNS, InputError, KeyboardInterrupt):
+            continue  # interrupted before there was a branch
         points = [p for each in branches[:1] for p in each.special if p.type in BIFURCATION_TYPES]
         if points:
             value = number(certain(points[0].value, points[0].uncertainty))

@@ -226,8 +226,8 @@ export function marksOf(diagram) {
   })));
 }
 
-/** Marks without those that lie on another of the same name: branches that mirror each other. */
-function distinct(marks) {
+/** Marks without those that lie on another of the same text: branches that mirror each other. */
+export function distinct(marks) {
   const places = marks.map(({ text, x, y }) => `${text} ${x.toPrecision(5)} ${y.toPrecision(5)}`);
   return marks.filter((_, i) => places.indexOf(places[i]) === i);
 }

@@ -1,6 +1,6 @@
 /** What stands around the diagram: its controls, pinned curves, special points, checks. */
 
-import { MARKERS, branchesOf, placeOfSpecial } from "./diagram_data.js";
+import { MARKERS, branchesOf, distinct, placeOfSpecial } from "./diagram_data.js";
 import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
@@ -189,8 +189,8 @@ export class SpecialPoints {
   #show(diagram) {
     this.node.classList.remove("absent");
     const branches = branchesOf(diagram);
-    const items = branches.flatMap((branch) =>
-      branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x) })));
+    const items = distinct(branches.flatMap((branch) =>
+      branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x), x: special.value, y: special.y }))));
     const ends = branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));
     const named = (kind, period) => {
       if (this.#session.model.forced) return `Period ${period}`;

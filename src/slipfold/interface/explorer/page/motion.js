@@ -128,7 +128,7 @@ function drawSpectrum(plot, { motion, across, scale }) {
       ...(isCurve ? [{ x, y, tint: "tint-1" }] : []),
     ],
     stems: isCurve ? [] : [{ x, y, tint: "tint-1" }],
-    above: marked.map(({ at, name }, i) => ({ x: at, text: name, isBefore: i === 0 })),
+    above: marked.map(({ at, name, order }) => ({ x: at, text: name, isBefore: order < 1 })),
   }, `Spectrum: largest line ${formatted(largest)} at ${formatted(frequency[values.indexOf(largest)])} Hz`);
 }
 
@@ -136,7 +136,7 @@ function drawSpectrum(plot, { motion, across, scale }) {
 function linesOf({ forcing, frequency }) {
   const first = forcing ?? frequency;
   if (!first) return [];
-  return [["f/2", 0.5], ["f", 1], ["2f", 2]].map(([name, order]) => ({ name, at: order * first }));
+  return [["f", 1], ["f/2", 0.5], ["2f", 2]].map(([name, order]) => ({ name, order, at: order * first }));
 }
 
 /** How amplitudes are drawn: in their unit, or as levels of root mean squares. */

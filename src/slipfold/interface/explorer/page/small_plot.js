@@ -32,7 +32,8 @@ const BAND = 0.32;
  * @property {{x: [number, number], row: number, tint: string}[]} [bands] bars along rows, which
  *   the ordinate names: `y.rows`
  * @property {string[]} [notes] lines of words in the upper left corner
- * @property {{x: number, text: string, isBefore?: boolean}[]} [above] words at the upper edge
+ * @property {{x: number, text: string, isBefore?: boolean}[]} [above] words at the upper edge, the
+ *   most important ones first
  */
 
 export class SmallPlot {
@@ -157,10 +158,14 @@ export class SmallPlot {
     }
     const { notes = [], above = [] } = this.#picture;
     notes.forEach((note, i) => text(note, { class: "note", x: left + 6, y: top + 13 * (i + 1) }));
+    // The first words choose first; those without room are left out.
+    const taken = [];
     for (const { x: at, text: word, isBefore } of above) {
-      text(word, {
-        class: "note", x: x(at) + (isBefore ? -3 : 3), y: top + 11, "text-anchor": isBefore ? "end" : "start",
-      });
+      const first = isBefore ? x(at) - 3 - word.length * DIGIT : x(at) + 3;
+      const last = first + word.length * DIGIT;
+      if (first < left || last > right || taken.some(([from, to]) => first < to && last > from)) continue;
+      taken.push([first, last]);
+      text(word, { class: "note", x: first, y: top + 11 });
     }
     this.#axes.replaceChildren(...nodes);
   }
