@@ -118,18 +118,19 @@ class _Moved:
         batch, case = OrbitBatch(*given), BatchedCase(self._model)
         pairs = [(first, BatchedBranch(0, orbits, []))]
         while pairs:
-            if not all(_Line(batch, *pair).follow() for pair in pairs):
+            lines = [_Line(batch, *pair) for pair in pairs]
+            if not all(line.follow() for line in lines):
                 return None
             own = [branch for _, branch in pairs]
             tolerance = settings.newton.tolerance
             locate_bifurcations(batch, [case], own, self._span, tolerance)
-            if case.failure or not all(_is_same(*pair) for pair in pairs):
+            if case.failure or not all(line.is_same() for line in lines):
                 return None
             refine_points(batch, [case], own, tolerance)
             if not all(branch.points for branch in own):
                 return None
-            for line, branch in pairs:
-                if line.stopped.kind != "span":
+            for known, branch in pairs:
+                if known.stopped.kind != "span":
                     place = branch.orbits.place(branch.points[-1].z)
                     branch.stopped = End("unfinished", UNFINISHED, place)
             children = doubled_branches([case], batch.period, settings)
@@ -158,22 +159,12 @@ class _Moved:
         return pairs
 
 
-def _is_same(known: Branch, branch: BatchedBranch) -> bool:
-    """Whether the bifurcations are those that are known, and none near to another."""
-    places = [item.point.arclength for item in branch.found]
-    nearest = MOVED.distinct * branch.steps[-1][2]
-    types = [item.type for item in branch.found]
-    return types == [item.type for item in known.special] and bool(
-        (np.diff(places) > nearest).all()
-    )
-
-
 def _leads_alike(known: Branch, moved: Branch) -> bool:
     """Whether doubled branches begin in the same directions, and none gains or loses a fold."""
     return (known.parent, known.period) == (moved.parent, moved.period) and all(
         (one.leads_to, one.criticality if one.type == "PD" else None)
         == (other.leads_to, other.criticality if one.type == "PD" else None)
-        for one, other in zip(known.special, moved.special, strict=True)
+        for one, other in zip(known.special, moved.special, strict=False)
     )
 
 
@@ -182,17 +173,18 @@ class _Line:
 
     def __init__(self, batch: OrbitBatch, known: Branch, branch: BatchedBranch) -> None:
         self._batch, self._known, self._branch = batch, known, branch
+        self._reached = 0.0  # arclength on the known branch
 
     def follow(self) -> bool:
         """Give the branch its points and brackets; return whether that is sure."""
-        guesses, zeros = self._guesses()
+        guesses, zeros, places = self._guesses()
         rows = np.gradient(guesses, axis=0)
         branch, ends = self._branch, self._known.stopped.kind
         branch.end = "span"
         if branch.first is not None:
             if branch.first.tangent @ rows[0] < 0:
                 branch.first = branch.orbits.turned(branch.first)
-            guesses, rows, zeros = guesses[1:], rows[1:], zeros[1:]
+            guesses, rows, zeros, places = guesses[1:], rows[1:], zeros[1:], places[1:]
         held = [0] * (branch.first is None) + [-1] * (ends == "span")
         rows[held] = hold_parameter(self._batch.size) * np.sign(rows[held, -1:])
         rows /= np.linalg.norm(rows, axis=1)[:, None]
@@ -207,27 +199,40 @@ class _Line:
             return False
         if ends != "span":
             chosen = chosen[: self._until_limit(found.z[chosen])]
+        self._reached = float(places[chosen[-1]])
         parts = found.z, found.tangents, found.monodromies
         return self._bracket(Solutions(*(part[chosen] for part in parts)), zeros[chosen])
+
+    def is_same(self) -> bool:
+        """Whether the bifurcations are those that are known as far as that, none near another."""
+        known, found = self._known.special, self._branch.found
+        nearest = MOVED.distinct * self._branch.steps[-1][2]
+        expected = [item.type for item in known if item.arclength < self._reached]
+        apart = np.diff([item.point.arclength for item in found]) > nearest
+        return [item.type for item in found] == expected and bool(apart.all())
 
     def _only(self, z: Array) -> Indices:
         """Return the number of the only case for each of some orbits."""
         return np.zeros(len(z), dtype=np.int64)
 
-    def _guesses(self) -> tuple[Array, NDArray[np.str_]]:
-        """Return known orbits in order, none needlessly close, with the types of special points."""
-        known = self._known
-        at_special = [item.arclength for item in known.special]
-        chosen = _thinned(known.arclength, at_special)
+    def _guesses(self) -> tuple[Array, NDArray[np.str_], Array]:
+        """Return known orbits in order, the types of those that are special, and arclengths.
+
+        None is needlessly close to another.
+        """
+        known, end = self._known, np.inf
         if known.stopped.kind == "limit":
             end = known.arclength[-1] - MOVED.beside * float(np.ptp(known.arclength))
-            chosen = [i for i in chosen if known.arclength[i] < end]
-        order = np.argsort([*known.arclength[chosen], *at_special])
-        nodes = np.array([*known.nodes[chosen], *(item.nodes for item in known.special)])[order]
-        values = [*known.parameter[chosen], *(item.value for item in known.special)]
+        special = [item for item in known.special if item.arclength < end]
+        at_special = [item.arclength for item in special]
+        chosen = [i for i in _thinned(known.arclength, at_special) if known.arclength[i] < end]
+        places = np.array([*known.arclength[chosen], *at_special])
+        order = np.argsort(places)
+        nodes = np.array([*known.nodes[chosen], *(item.nodes for item in special)])[order]
+        values = [*known.parameter[chosen], *(item.value for item in special)]
         guesses = self._batch.join(self._only(nodes), nodes, np.array(values)[order])
-        types = [""] * len(chosen) + [item.type for item in known.special]
-        return guesses, np.array(types)[order]
+        types = [""] * len(chosen) + [item.type for item in special]
+        return guesses, np.array(types)[order], places[order]
 
     def _until_limit(self, z: Array) -> int:
         """Return how many orbits keep all limits; near the last, where the known branch ended."""

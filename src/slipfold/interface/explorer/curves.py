@@ -20,7 +20,7 @@ from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import DiagramRequest, OrbitRequest
 from slipfold.interface.explorer.plain import Emit, axis_of, number, short, without_options
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.lines import branch_segments, locus_segments, measure_of, parts_of
+from slipfold.lines import branch_segments, locus_segments, parts_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.parameter_space.measurement import Measurement
@@ -85,15 +85,15 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "arclength": short(s),
         "segments": segments,
         "special": [
-            _special(point, show, statistic)
+            _special(point, float(np.interp(point.arclength, s, y)))
             for point in branch.special
             if point.type in (*BIFURCATION_TYPES, *CONTACT_TYPES)
         ],
     }
 
 
-def _special(point: SpecialPoint, show: str, statistic: str) -> dict[str, Any]:
-    y = float(measure_of(point.orbit.extrema_of(show), show, statistic)[0])
+def _special(point: SpecialPoint, y: float) -> dict[str, Any]:
+    """Return a special point as plain data; it is a point of the line."""
     return {
         "type": point.type,
         "name": point.name,
