@@ -180,6 +180,10 @@ def find_extrema(
     flow, scales = flow_of(model), power_of_two(model.state_scales())
     names = flow.output_names if names is None else tuple(names)
     columns = np.array([flow.output_index(name) for name in names])
+    if nodes.shape[1] == 1 and not model.forced:  # equilibria, also where no motion is defined
+        constants = flow.constants(parameters, scales)
+        values = flow.outputs(nodes[:, 0], np.zeros(len(nodes)), constants)[:, columns]
+        return Extrema(names, values, values.copy())
     low = np.empty((len(nodes), len(names)))
     high = np.empty_like(low)
     numbers = SEARCH.samples * period * (flow.dimension + len(flow.output_names))
