@@ -269,3 +269,25 @@ def test_a_locus_that_comes_to_where_nothing_damps_says_so():
     (locus,) = sf.locus(hopf, *window, switch=False).loci
     assert locus.values[0] == pytest.approx([0.75, 0], abs=1e-6)
     assert "4 multipliers lie on the unit circle" in locus.started.reason
+
+
+def test_a_closed_locus_inside_the_window_is_found_from_the_models_own_place():
+    states = {"x": {"rate": "1 - p^2 - q^2 - x^2", "start": 0.9}}
+    sphere = sf.System(parameters={"p": 0.3, "q": 0.2}, states=states)
+    (locus,) = sf.locus(sphere, ("p", "q"), ((-2, 2), (-1.5, 1.5)), type="LP").loci
+    assert (locus.stopped.kind, len(locus.special)) == ("closed", 4)
+    assert np.hypot(*locus.values.T) == pytest.approx(1, abs=1e-12)
+
+
+def test_a_coefficient_without_a_pole_makes_no_generalized_hopf_point_at_zero_hopf():
+    # The pair drives nothing: l1 is the same along p = q^2, and is not defined at p = q = 0.
+    states = {"z": {"rate": "p - z^2", "start": 0.7}, "u": "h*u - v", "v": "h*v + u"}
+    system = sf.System(
+        parameters={"p": 0.5, "q": -1.0}, formulas={"h": "q + z - u^2 - v^2"}, states=states
+    )
+    hopf = point_of(system, "q", (-2, 2), "HB")
+    onset, folds = sf.locus(hopf, ("p", "q"), ((-1, 1), (-1, 1))).loci
+    assert sorted(item.type for item in onset.special) == ["MIN", "ZH"]
+    assert [item.type for item in folds.special] == ["ZH"]
+    (smallest,) = specials(onset, "MIN")
+    assert (smallest.coefficients, smallest.criticality) == ({}, None)

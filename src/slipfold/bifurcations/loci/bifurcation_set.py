@@ -155,7 +155,7 @@ class _Search:
         """Follow responses across the window, one after the other."""
         yield from follow_fan(self._plane, LINES)
         if not self._plane.model.forced:
-            yield from follow_settled(self._plane)
+            yield from follow_settled(self._plane, self.lines)
 
     def map_regions(self, loci: Sequence[Locus]) -> RegionMap | None:
         """Label the regions between loci; return None if that is interrupted."""

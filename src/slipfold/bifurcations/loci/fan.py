@@ -276,14 +276,16 @@ def follow_line(
     return FanLine(vary, fixed, value, (), failure)
 
 
-def follow_settled(plane: Plane) -> Iterator[FanLine]:
-    """Follow equilibria that motions settle on and that are not the one near the start.
+def follow_settled(plane: Plane, lines: Sequence[FanLine]) -> Iterator[FanLine]:
+    """Follow equilibria that motions settle on and that are not those on the lines.
 
-    Where they branched off outside the window, no line across the window leads to them.
+    Where they branched off outside the window, or exist only inside it, no line across the window
+    leads to them. The model's own place comes last.
     """
-    known = [plane.model.start]
-    for fractions in FRACTIONS:
-        place = np.array(plane.window)[:, 0] + fractions * plane.size
+    known = [plane.model.start] if any(line.branches for line in lines) else []
+    own = [plane.model.values[name] for name in plane.names]
+    places = [np.array(plane.window)[:, 0] + each * plane.size for each in FRACTIONS]
+    for place in [*places, *([np.array(own)] if plane.contains(own) else [])]:
         there = plane.at(place)
         text = "a motion that may settle on another equilibrium"
         plane.report("responses", 0, None, place, text)

@@ -167,7 +167,7 @@ class LocusEquations(Critical):
         others = np.delete(multipliers, places)
         folds, pairs = _product(1 - others, size), _pair_product(others, size)
         sine2 = 1 - cosine * cosine
-        defined = sine2 > self.forms.neutral
+        defined = sine2 > self.forms.neutral and np.abs(1 - others).min(initial=1.0) > RULES.pole
         cubic = (self._coefficient(z, linearization) if defined else np.nan) * sine2 * folds
         if self._resting:
             return {"BT": 1 - cosine, "ZH": folds, "HH": pairs, "GH": cubic}

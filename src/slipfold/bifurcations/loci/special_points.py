@@ -202,14 +202,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
     def _is_pole_alone(self, point: OrbitPoint) -> bool:
         """Whether a coefficient's zero is that of what is zero where other points have its pole.
 
-        At a branch point that a symmetry keeps there is none.
+        At a branch point that a symmetry keeps, and where what is critical drives nothing else,
+        there is none.
         """
         condition, resting = self._curve.condition, self._curve.orbits.kind == "equilibrium"
         if condition == "BP":
             return abs(point.tests["BT" if resting else "R1"]) < RULES.vanishes
         fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(condition)
-        beside = fold is not None and abs(point.tests[fold]) < RULES.vanishes
-        return beside and self._is_symmetric(point)
+        return fold is not None and abs(point.tests[fold]) < RULES.vanishes
 
     def _turns_at_parent(self, point: OrbitPoint) -> bool:
         """Whether orbits become those that they emanate from, so that the locus turns as a whole.
