@@ -30,6 +30,20 @@ TWO_PERIODS = {
 """With x + i y = A exp(i pi t/2), A^2 = p + i u: once round p^2 + u^2 = 1/4 A becomes -A, which is
 the same orbit started a period later."""
 
+DOUBLING = {
+    "name": "isola of cycles that double",
+    "parameters": {"p": 0},
+    "formulas": {"size": "x^2 + y^2", "h": "0.5*(size - 5) - 0.3*sqrt(5) - u^2 - v^2"},
+    "states": {
+        "x": {"rate": "x*(1/4 - p^2 - (size - 4)^2/16) - y", "start": 2.4},
+        "y": "y*(1/4 - p^2 - (size - 4)^2/16) + x",
+        "u": {"rate": "h*u - v/2 + 0.3*(x*u + y*v)", "start": 0.1},
+        "v": "h*v + u/2 + 0.3*(y*u - x*v)",
+    },
+}
+"""With u + i v = (a + i b) exp(i t/2), a' = (h + 0.3 r) a on the cycle of radius r: it doubles at
+r^2 = 5, p^2 = 3/16, and is unstable between."""
+
 SETTINGS = [
     sf.Settings(),
     sf.Settings(steps=sf.Steps(largest=0.05)),
@@ -49,6 +63,28 @@ def test_an_isola_has_two_folds(system, settings):
     assert branch.stopped.value == pytest.approx(0.3, abs=1e-9)
     # Its length is that of one round, and no point of it lies beyond the first.
     assert 1.9 < abs(branch.parameter[:-1] - branch.parameter[1:]).sum() < 2
+
+
+def test_cycles_that_a_doubled_branch_closes_on_are_followed():
+    diagram = sf.response(sf.System(DOUBLING), vary="p", span=(-0.6, 0.6), also=[{"p": 0.0}])
+    *_, isola, doubled = diagram.branches
+    expected = [("PD", 0.1875**0.5), ("LP", 0.5), ("LP", -0.5), ("PD", -(0.1875**0.5))]
+    assert [(item.type, pytest.approx(item.value)) for item in isola.special] == expected
+    assert {isola.stopped.kind, doubled.stopped.kind} == {"closed"}
+
+
+def test_equilibria_that_cycles_shrink_to_are_followed_and_the_cycles_once():
+    isola = {
+        "z": {"rate": "1 - p^2 - (z - 2)^2", "start": 3},
+        "x": {"rate": "h*x - y", "start": 0.5},
+        "y": "h*y + x",
+    }
+    system = sf.System(parameters={"p": 0}, formulas={"h": "z - 2.5 - x^2 - y^2"}, states=isola)
+    diagram = sf.response(system, vary="p", span=(-2, 2), also=[{"p": 0.0}])
+    equilibria, cycles = diagram.branches
+    assert [item.type for item in equilibria.special].count("HB") == 2
+    assert {equilibria.stopped.kind, cycles.stopped.kind} == {"closed"}
+    assert cycles.stopped.value == pytest.approx(-cycles.started.value)
 
 
 def test_a_pendulum_that_swings_past_the_horizontal_closes_on_no_doubling():

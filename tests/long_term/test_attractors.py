@@ -49,6 +49,11 @@ y = "(x^2 + y^2 - 1)*(2 - x^2 - y^2)*y + w*x"
 """
 
 
+def test_motions_that_are_much_faster_where_they_start_arrive():
+    (cycle,) = sf.attractors(system(HARD), {"x": (20, 30)}, starts=1)
+    assert (cycle.kind, cycle.duration) == ("cycle", pytest.approx(2 * np.pi))
+
+
 # -- those of the sliding oscillator -------------------------------------------------------------
 
 

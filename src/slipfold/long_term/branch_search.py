@@ -21,6 +21,8 @@ class BranchSearch:
         Ids of the branches that were found.
     interrupted
         Whether the search was interrupted.
+    undecided
+        Trajectories, of all, that came to no motion that can be followed.
     """
 
     values: tuple[float, ...]
@@ -29,3 +31,4 @@ class BranchSearch:
     starts: int
     found: tuple[int, ...]
     interrupted: bool = False
+    undecided: int = 0

@@ -12,12 +12,13 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.closed_branches import CLOSING
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, stroboscopic_states
 from slipfold.long_term.branch_search import BranchSearch
-from slipfold.long_term.search import Box, box_around, search
+from slipfold.long_term.search import UNDECIDED, Box, box_around, search
 from slipfold.long_term.verified import ATTRACTOR, CycleLine
 from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import damped_newton
@@ -128,7 +129,7 @@ class Further:
         try:
             start = begin()
             if not _is_known(start, self.branches):
-                new = self._follow(begin=start)
+                new = _from_parents(self._follow, start)
                 kept = [item for item in self._added if not _is_known(item[0], new)]
                 self._added = [*kept, (start, new)]
                 self.interrupted = any(branch.interrupted for branch in new)
@@ -218,6 +219,7 @@ def find_coexisting(
         for i in range(ATTRACTOR.search_values)
     )
     result: list[int] = []
+    undecided = 0
     known, interrupted = branches, any(branch.interrupted for branch in branches)
     for index, value in enumerate(values):
         if interrupted:
@@ -229,7 +231,7 @@ def find_coexisting(
         try:
             at = model.replace(**{vary: value})
             seen = _seen(at, value, box, on_progress)
-            interrupted = seen.interrupted
+            interrupted, undecided = seen.interrupted, undecided + seen.undecided
             for begin in () if interrupted else seen.begins:
                 if not _is_known(begin, known):
                     new = _numbered(_followed(follow, begin), len(known))
@@ -241,7 +243,7 @@ def find_coexisting(
             interrupted = True
     low, high = tuple(box.low.tolist()), tuple(box.high.tolist())
     return known, BranchSearch(
-        values, low, high, ATTRACTOR.search_starts, tuple(result), interrupted
+        values, low, high, ATTRACTOR.search_starts, tuple(result), interrupted, undecided
     )
 
 
@@ -269,6 +271,7 @@ class _Seen:
 
     begins: list[Begin]
     interrupted: bool
+    undecided: int  # trajectories that came to none of them
 
 
 def _seen(model: Model, value: float, box: Box, on_progress: Observer | None) -> _Seen:
@@ -278,7 +281,8 @@ def _seen(model: Model, value: float, box: Box, on_progress: Observer | None) ->
     if not model.forced:
         resting = equilibria_in(model, starts)
         begins += [Begin(value, state=state) for state in resting]
-    return _Seen(begins, searched.interrupted)
+    undecided = int((searched.labels == UNDECIDED).sum())
+    return _Seen(begins, searched.interrupted, undecided)
 
 
 def _begin(model: Model, value: float, item: Attractor) -> Begin | None:
@@ -295,9 +299,44 @@ def _begin(model: Model, value: float, item: Attractor) -> Begin | None:
 def _followed(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
     """Follow branches from a start; none if it cannot be continued."""
     try:
-        return follow(begin=begin)
+        return _from_parents(follow, begin)
     except InputError:
         return ()
+
+
+def _from_parents(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
+    """Follow branches from a start, or from what emits its branch, where that closes there."""
+    branches = follow(begin=begin)
+    for row, end in zip((0, -1), branches[0].ends if branches else (), strict=False):
+        parent = _parent(branches[0], row) if end.kind == "closed" else None
+        more = () if parent is None else _from_parents(follow, parent)
+        if _is_known(begin, more):
+            return more
+    return branches
+
+
+def _parent(branch: Branch, row: int) -> Begin | None:
+    """Return the equilibrium that an orbit shrank to, or the orbit that it repeats twice."""
+    orbit, value = branch.orbit(row), float(branch.parameter[row])
+    forced, half = orbit.model.forced, len(orbit.nodes) // 2
+    apart = wrap_angles(np.roll(orbit.nodes, half, axis=0) - orbit.nodes, orbit.model.angle_periods)
+    if not 0 < np.abs(apart / orbit.model.state_scales()).max() < CLOSING.near_origin:
+        return None
+    if (
+        not forced
+        and np.ptp(orbit.nodes / orbit.model.state_scales(), axis=0).max() < CLOSING.small
+    ):
+        return Begin(value, state=orbit.nodes.mean(axis=0))
+    try:
+        if not forced:
+            again = periodic_orbit(orbit.model, state=orbit.state, duration=orbit.duration / 2)
+        elif orbit.period % 2 == 0:
+            again = periodic_orbit(orbit.model, orbit.period // 2, orbit.state)
+        else:
+            return None
+    except InputError:
+        return None
+    return Begin(value, again)
 
 
 def _numbered(branches: Sequence[Branch], before: int) -> tuple[Branch, ...]:

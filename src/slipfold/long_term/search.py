@@ -255,10 +255,21 @@ def _counted(observer: Observer | None, before: int, starts: int, total: int) ->
 
 
 def _paced(model: Model, starts: Array) -> Model:
-    """Return an autonomous model whose ``duration`` suits its slowest trajectories."""
+    """Return an autonomous model whose ``duration`` suits its slowest trajectories.
+
+    Far away they may be faster than where they arrive.
+    """
     rows = starts[:: max(len(starts) // ATTRACTOR.paced, 1)][: ATTRACTOR.paced]
-    durations = [with_duration(model, start, None)[0].values[DURATION.name] for start in rows]
-    return model.replace(**{DURATION.name: max(durations)})
+    chosen = 0.0
+    while len(rows):
+        durations = [with_duration(model, start, None)[0].values[DURATION.name] for start in rows]
+        if max(durations) <= ATTRACTOR.slower * chosen:
+            break
+        chosen = max(durations)
+        paced = model.replace(**{DURATION.name: chosen})
+        rows = Trajectories(paced, rows).advance(np.arange(len(rows)), 16)[:, -1]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+    return paced
 
 
 def kind_of(item: Attractor) -> str:

@@ -366,7 +366,9 @@ class Diagram(CurveDiagram):
             for state, low, high in zip(self.model.states, searched.low, searched.high, strict=True)
         )
         where = f"{searched.starts} starts each at {self.vary} = {places}"
-        return [f"Searched from {where}: {found}; in {box}"]
+        total, left = searched.starts * len(searched.values), searched.undecided
+        open_ = f"; {left} of {total} starts come to no motion that can be followed" * bool(left)
+        return [f"Searched from {where}: {found}; in {box}{open_}"]
 
     def _record(self) -> dict[str, Any]:
         branches = [*Branches().record(self, "branches"), *ToriList().record(self, "tori")]
