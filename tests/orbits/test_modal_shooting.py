@@ -258,6 +258,13 @@ def test_a_response_in_twenty_modes():
 
 
 SKEW = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]])
+MASS = np.eye(3) + 0.1 * np.abs(SKEW)
+GIVEN = {
+    "K": 100 * np.diag([3.0, 2, 1]),
+    "names": "x1 x2 x3",
+    "variables": sf.Parameter("omega", 1.0, "rad/s", "speed"),
+    "forcing": sf.HarmonicForce("x1", F=1.0),
+}
 WALL = {"load": 1.0, "Vd": 0.1}
 
 
@@ -266,21 +273,34 @@ WALL = {"load": 1.0, "Vd": 0.1}
     [
         {"G": {"omega": SKEW}},
         {"H": {"omega": SKEW}},
-        {"K": {1: np.diag([3.0, 2, 1]), "omega^2": -0.01 * np.eye(3)}},
-        {"C": np.diag([1.0, 0, 0])},
+        {"K": {1: GIVEN["K"], "omega^2": -0.01 * np.eye(3)}},
+        {"C": {1: np.diag([1.0, 0, 0]), "omega": np.diag([0.0, 0.3, 0])}},
+    ],
+    ids=["gyroscopic", "circulatory", "softening", "damping"],
+)
+def test_what_couples_modes_at_few_places_is_a_force(parts):
+    contact = sf.FrictionContact("x3", sf.Regularized(sf.Coulomb(), e=0.5), **WALL)
+    model = sf.Structure(MASS, **{**GIVEN, **parts, "contacts": contact, "f": 2.0, "omega": 3.0})
+    free = {"f": 0.2, "omega": 1.0}
+    modal = ModalShooting(model, free, mesh=np.linspace(0.0, 1.0, 65))
+    nodes = 0.1 * np.random.default_rng(4).normal(size=(8, 6))
+    given = nodes, flow_of(model).constants_of(model)
+    assert_same(modal.transitions(*given), Shooting(model, free).transitions(*given), 1e-10)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"G": {"omega": np.kron(np.eye(5), SKEW[:2, :2])}, "K": np.diag(np.arange(1.0, 11))},
         {"contacts": sf.FrictionContact("x3", sf.Dahl(), **WALL)},
         {"contacts": sf.FrictionContact("x3", sf.Coulomb(), **WALL)},
     ],
-    ids=["gyroscopic", "circulatory", "softening", "coupled", "memory", "sticking"],
+    ids=["everywhere", "memory", "sticking"],
 )
-def test_what_couples_modes_is_left_to_the_flow(parts):
-    given = {"K": 100 * np.diag([3.0, 2, 1]), "C": None, "names": "x1 x2 x3"}
-    if "omega" in str(parts):
-        given["variables"] = sf.Parameter("omega", 1.0, "rad/s", "speed")
-    given["forcing"] = sf.HarmonicForce("x1", F=1.0)
-    mass = np.eye(3) + 0.1 * np.abs(SKEW)
-    assert shooting_for(sf.Structure(mass, **given, f=1e-3)) is ModalShooting
-    assert shooting_for(sf.Structure(mass, **{**given, **parts}, f=1e-3)) is Shooting
+def test_what_couples_modes_everywhere_is_left_to_the_flow(parts):
+    assert shooting_for(sf.Structure(MASS, **GIVEN, f=1e-3)) is ModalShooting
+    mass, own = (np.eye(10), {"names": "x1 x2 x3 a b c d e f1 g"}) if "G" in parts else (MASS, {})
+    assert shooting_for(sf.Structure(mass, **{**GIVEN, **own, **parts}, f=1e-3)) is Shooting
 
 
 @pytest.mark.parametrize(("sectors", "order", "reduction"), [(4, 1, None), (12, 8, 3)])

@@ -95,6 +95,23 @@ def test_a_large_rotor_is_reduced():
     assert eigenvalues(model).imag[0] == pytest.approx(lowest, rel=1e-9)
 
 
+def test_disks_are_among_the_directions_of_a_reduction():
+    # Their forces have static shapes, so that few real modes give the complex ones.
+    count, disk = 20, 13
+    bend = 100.0 * np.linalg.matrix_power(
+        2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1), 2
+    )
+    turn = np.zeros((2 * count, 2 * count))
+    turn[disk : disk + 2, disk : disk + 2] = TURN
+    shaft = {"M": np.eye(2 * count), "K": np.kron(bend, np.eye(2)), "G": {"omega": turn}}
+    exact, found, modal = (
+        eigenvalues(Structure(**shaft, omega=9.0, reduction=reduction))[:3]
+        for reduction in (None, sf.FreeInterface(modes=8), ModalReduction(10))
+    )
+    np.testing.assert_allclose(found, exact, rtol=1e-6)
+    assert np.abs(modal / exact - 1).max() > 1e-4
+
+
 def test_files_have_formulas_and_variables(tmp_path):
     np.save(tmp_path / "G.npy", TURN)
     text = (

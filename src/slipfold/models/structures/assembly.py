@@ -123,7 +123,7 @@ class Assembly:
             self._vector(direction, one.inertial)
             for one in item.components
             for direction in one._directions
-        ]
+        ] + self._coupled_places()
         watched = [self._vector(direction) for _, direction in self._watched_directions()]
         columns = (np.array(rows).reshape(len(rows), item.M.size).T for rows in (acting, watched))
         whole, given = (item.M.array(), item.K.array()), self.given
@@ -133,6 +133,18 @@ class Assembly:
             sectors = Sectors(given.cyclic, given.names)
             full = CyclicStructure(sectors, (given.M, given.K), whole, *columns)
         return item.reduction._apply(full, item.names)
+
+    def _coupled_places(self) -> list[Array]:
+        """Return the degrees of freedom on which matrices act that act on few, as disks do."""
+        item = self.definition
+        added = [*item.K.parts[1:]]
+        for matrix in (item.C, item.G, item.H):
+            added += matrix.parts if isinstance(matrix, Matrix) else []
+        places = np.unique(np.concatenate([np.empty(0, np.int64), *(one.rows for one in added)]))
+        few = places if len(places) <= min(MATRICES.joined, item.M.size // 4) else places[:0]
+        result = np.zeros((len(few), item.M.size))
+        result[np.arange(len(few)), few] = 1.0
+        return [*result]
 
     def _retain(self) -> None:
         """Take over names, matrices and basis of the retained coordinates."""

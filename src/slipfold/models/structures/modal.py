@@ -15,23 +15,26 @@ from slipfold.models.structures.matrices import MATRICES, is_diagonal, lowest_mo
 
 
 def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalForm | None:
-    """Return the modal form, None of a structure whose modes are coupled by more than contacts.
+    """Return the modal form, None of a structure whose modes are coupled at many places.
 
-    Laws with memory have states that are no modes.
+    What else couples them, as disks of a rotor and dampers do, is a force. Laws with memory have
+    states that are no modes.
     """
-    coupled = assembly.gyroscopic or assembly.stiffening or assembly.circulatory
-    coupled = coupled or assembly.inertia.parts
     remembers = any(item.component.memory() for item in assembly.placed)
-    if coupled or remembers or not assembly.symmetric:
+    if assembly.inertia.parts or remembers or not assembly.symmetric:
         return None
     squares, shapes, into = _modes(assembly)
-    dampings = []
+    dampings, coupling = [], [(part, True) for part in assembly.gyroscopic]
+    coupling += [(part, False) for part in (*assembly.stiffening, *assembly.circulatory)]
     for key, matrix in assembly.damping:
         found = _modal_damping(assembly, matrix, squares, shapes, into)
         if found is None:
-            return None
-        dampings.append((key, found))
+            coupling.append(((key, matrix), True))
+        else:
+            dampings.append((key, found))
     forces = _Forces(assembly, shapes, into)
+    if not all(forces.couple(*part, c, moving) for part, moving in coupling):
+        return None
     for item in assembly.placed:
         forces.add(item, c, phase)
     symmetry = _symmetry(assembly, shapes, into)
@@ -105,6 +108,20 @@ class _Forces:
         inputs = self._into @ self._assembly.inertia.over(item.rows.T) / self._assembly.length
         for force, column in zip(item.component._forces(local), inputs.T, strict=True):
             self._forces.setdefault(column.tobytes(), ([], column))[0].append(force)
+
+    def couple(self, key: str | None, matrix: Array, c: Symbols, moving: bool) -> bool:
+        """Add a matrix times displacements, or rates; return whether it acts at few places."""
+        left, sizes, right = np.linalg.svd(matrix)
+        rank = int(np.count_nonzero(sizes > MATRICES.coupled * sizes[0]))
+        if rank > MATRICES.joined:
+            return False
+        inputs = self._into @ self._assembly.inertia.over(-left[:, :rank] * sizes[:rank])
+        for column, row in zip(inputs.T, right[:rank] @ self._shapes, strict=True):
+            parts = (np.zeros(len(row)), row) if moving else (row, np.zeros(len(row)))
+            motion = self._motion(np.concatenate(parts))
+            force = motion if key is None else c[key] * motion
+            self._forces.setdefault(column.tobytes(), ([], column))[0].append(force)
+        return True
 
     def _motion(self, row: Array) -> Expression:
         key = row.tobytes()
