@@ -1,5 +1,7 @@
 """Where responses of structures with dry contacts end, and what trajectories do beyond."""
 
+import importlib
+from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
@@ -68,3 +70,17 @@ def test_response_passes_the_first_resonance(name):
     assert 0 < index < len(branch) - 1
     settled = sf.simulate(model.replace(f=branch.parameter[index]), 120, np.zeros(4)).states[-1]
     assert np.abs(settled - branch.orbit(index).state).max() < 1e-6
+
+
+def test_friction_that_depends_steeply_on_slip_is_judged_at_rest(monkeypatch):
+    """A stop is found to 1e-14 of slip, by which friction of a strip's tip changes by 1e-10.
+
+    Next to where it ceases to hold the tip, the tip seemed held, and then nothing released it.
+    """
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "bench"))
+    model, lowest = importlib.import_module("ours_structures").structure(20, "dry")
+    at = 0.9365278968653 * lowest
+    state = sf.periodic_orbit(model.replace(f=at)).state
+    for beyond in np.linspace(1e-8, 1e-6, 12):
+        end = sf.simulate(model.replace(f=at + beyond), 1, state).states[-1]
+        assert np.abs(end - state).max() < 1e-6 * np.abs(state).max()

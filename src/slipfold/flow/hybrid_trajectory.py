@@ -275,13 +275,13 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
         # A change would have been missed.
         elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -1e-9:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
+    stuck = dict.fromkeys(rest, Status.STICK)
+    resting = tuple((requested | stuck).get(contact, own) for contact, own in enumerate(mode))
+    if resting != mode:  # forces are judged where nothing is left of slip: friction may be steep
+        part.state = system.held(resting, part.state, part.end)
+        now = system.at(part.state, part.end)
     after = Instant(now, places, tuple(rest), mode).next_mode(requested)
     after = _one_slow(released_at_limit(system, after, part.state, part.end, now), rest)
-    resting = tuple(
-        Status.STICK if contact in rest else status for contact, status in enumerate(after)
-    )
-    if resting != mode:
-        part.state = system.held(resting, part.state, part.end)
     return after, resting
 
 
