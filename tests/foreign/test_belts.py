@@ -92,9 +92,9 @@ def test_stiff_bristles_in_large_reversing_slip(law):
 @pytest.mark.parametrize(
     "law",
     [
-        sf.Jenkins(kt=1e5),
+        pytest.param(sf.Jenkins(kt=1e5), marks=pytest.mark.long),
         pytest.param(sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), marks=pytest.mark.long),
-        pytest.param(sf.Dahl(s0=1e5), marks=pytest.mark.long),
+        sf.Dahl(s0=1e5),
     ],
 )
 def test_the_response_of_stiff_friction_in_large_reversing_slip_is_found_and_followed(law):
