@@ -113,3 +113,17 @@ def test_cycles_of_both_pairs_begin_where_two_cross_at_once(frequency):
     sizes = [np.linalg.norm(each.nodes[-1, 0].reshape(2, 2), axis=1) for each in cycles]
     assert sizes[0] == pytest.approx([0, np.sqrt(0.5)], abs=1e-9)
     assert sizes[1] == pytest.approx([np.sqrt(0.5), 0], abs=1e-9)
+
+
+def test_cells_that_swing_alike_are_followed_where_all_pairs_cross_at_once():
+    # x'' = (m - x^2) x' - x + 0.2 (y + z - 2 x): all damping vanishes at m = 0, where the pair of
+    # alike cells has the frequency 1 and two more have 1.6^(1/2).
+    force = "(m - {0}^2)*{0}v - {0} + 0.2*({1} + {2} - 2*{0})"
+    states = {f"{cell}v": force.format(cell, *sorted(set("xyz") - {cell})) for cell in "xyz"}
+    cells = sf.System(parameters={"m": -0.5}, states={**{c: f"{c}v" for c in "xyz"}, **states})
+    diagram = sf.response(cells, vary="m", span=(-0.5, 0.2))
+    (onset,) = diagram.branches[0].special
+    assert (onset.type, onset.value) == ("HB", pytest.approx(0, abs=1e-12))
+    alike = diagram.branches[-1]
+    assert alike.stopped.kind == "span"
+    assert np.ptp(alike.states[-1, :3]) < 1e-9

@@ -61,7 +61,7 @@ class Zeros(Generic[P]):
             found = self.located(history, a, b)
             explained = self.accounts_for(found, a, b)
             if depth >= ZERO.depth and not explained:
-                found += self.hidden(found, history, a, b)
+                found = self.hidden(found, history, a, b)
             if depth >= ZERO.depth or explained:
                 return sorted(found, key=lambda item: item.point.arclength)
             arclength = 0.5 * (a.arclength + b.arclength)
@@ -107,8 +107,8 @@ class Zeros(Generic[P]):
         return True
 
     def hidden(self, found: list[Found[P]], history: list[P], a: P, b: P) -> list[Found[P]]:
-        """Return special points at which no function changes its sign."""
-        return []
+        """Return what was found and points that no function shows as they are."""
+        return found
 
 
 def locate_test(curve: Curve[P], history: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:

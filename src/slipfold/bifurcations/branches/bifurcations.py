@@ -288,13 +288,15 @@ class Bifurcations(Zeros[OrbitPoint]):
     ) -> list[Found]:
         """Return where several multipliers cross the unit circle at once, which no function shows.
 
-        Functions have double zeros where two multipliers or two pairs cross at once, as symmetry
-        or equal parts of a structure make them do. The function of pairs is also zero everywhere
-        where two real multipliers have the product one, as those of x'' = x.
+        Functions have double or triple zeros where two or three multipliers or pairs cross at once,
+        as symmetry or equal parts of a structure make them do; a triple one is known to the third
+        root of rounding. The function of pairs is also zero everywhere where two real multipliers
+        have the product one, as those of x'' = x.
         """
         change = abs(b.unstable - a.unstable)
-        if found or change < 2 or change % 2:
-            return []
+        others = len(found) > 1 or any(item.type not in PAIRED for item in found)
+        if others or change < 2 or change % 2:
+            return found
         place = min(a.unstable, b.unstable)
 
         def growth(point: OrbitPoint) -> float:
@@ -315,7 +317,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         for kind, target in (("BP", 1.0), ("PD", -1.0)):
             if (np.abs(critical - target) < BIFURCATION.on_circle).all():
                 return [SeveralCritical(kind, point, slope, error=error)]
-        return []
+        return found
 
     def _interpolated(
         self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]

@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.bifurcations import (
     span_end,
 )
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
-from slipfold.bifurcations.branches.stops import far_away, size_in_scales
+from slipfold.bifurcations.branches.stops import STOP, far_away, size_in_scales
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
@@ -148,6 +148,8 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
         if margin < (BIFURCATION.close_to_limit - 1) * room:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
+    # Of an equilibrium far away it is rounding whether the rates beside it overflow.
+    singular &= orbits.kind != "equilibrium" or not size_in_scales(orbits, last) > STOP.far
     if not singular and size_in_scales(orbits, last) > BIFURCATION.runs_away:
         return failure.kind, far_away(orbits, last, "")
     met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
