@@ -71,3 +71,19 @@ def test_rounding_of_a_test_function_that_is_zero_shortens_no_step():
     known = np.array([tests])
     assert np.ptp(known) > 1e-11
     assert drift(np.ptp(known, axis=1), known, known[:, -1], Shooting.noise, 1.0) < 1
+
+
+def test_a_line_of_equilibria_on_the_end_of_the_span_is_a_family():
+    system = sf.System(parameters={"T": 0.0}, states={"x": "y", "y": "-T*x - (1 + x^2)*y"})
+    *_, line = sf.response(system, vary="T", span=(0, 2)).branches
+    assert line.stopped.kind == "family"
+    assert "equilibria have the same T = 0" in line.stopped.reason
+
+
+def test_free_vibrations_of_the_forcings_period_are_a_family():
+    # At W = 1/2 the forcing excites x'' + x = 0 no more than elsewhere, but any motion repeats.
+    states = {"x": "v", "v": "-x + 0.1*cos(W*t)"}
+    system = sf.System(parameters={"W": 1.0}, states=states, forcing={"period": "2*pi/W"})
+    (branch,) = sf.response(system, vary="W", span=(0.8, 0.5)).branches
+    assert branch.stopped.value == pytest.approx(0.5, abs=1e-8)
+    assert "the orbits are a family, with any amplitude and phase" in branch.stopped.reason

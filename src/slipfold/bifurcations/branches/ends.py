@@ -15,7 +15,13 @@ from slipfold.bifurcations.branches.bifurcations import (
     span_end,
 )
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
-from slipfold.bifurcations.branches.stops import STOP, far_away, size_in_scales
+from slipfold.bifurcations.branches.stops import (
+    STOP,
+    family_end,
+    far_away,
+    in_family,
+    size_in_scales,
+)
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
@@ -35,6 +41,11 @@ from slipfold.orbits.test_functions import ALIKE
 SEVERAL = (
     "several multipliers are critical where it begins, as a symmetry makes them: several branches "
     "begin there, and in the one direction tried there is none"
+)
+
+UNDAMPED = (
+    "{} multipliers are one there, as where nothing damps a free vibration of that period: the "
+    "orbits are a family, with any amplitude and phase ({})"
 )
 
 UNSOLVED = (
@@ -66,6 +77,8 @@ class BranchEndings(Endings[OrbitPoint]):
         On which side of a bifurcation at that very value the last orbit lies is rounding. Where
         several pairs are critical, nothing damps, and which of them crosses is not defined.
         """
+        if len(traced.points) > 1 and in_family(traced.points):  # it begins on that end, too
+            return family_end(traced.curve, traced.points)
         *_, before, last = [*traced.points[-1:], *traced.points[-2:]]
         crossing = is_off_circle(before) and not is_off_circle(last)
         if crossing and count_on_circle(last) <= 2:
@@ -80,8 +93,8 @@ class BranchEndings(Endings[OrbitPoint]):
         last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
         critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
-        if kind == "failed" and len(traced.points) == 1 and critical > 1:
-            reason = SEVERAL
+        if kind == "failed" and critical > 1:
+            reason = SEVERAL if len(traced.points) == 1 else UNDAMPED.format(critical, reason)
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
         elif clause:

@@ -126,10 +126,10 @@ class FirstOrbit:
                 start = self._at(last, first)
             except InputError:
                 raise error from None
-        what = "response of period 1" if self._model.forced else "regular equilibrium"
+        what = "response of period 1" if self._model.forced else "equilibrium"
         reason = (
-            f"there is no {what} at {self._vary} = {first:g}, so the span was followed from "
-            f"its other end, {self._vary} = {last:g}"
+            f"there is no regular {what} at {self._vary} = {first:g}, so the span was followed "
+            f"from its other end, {self._vary} = {last:g}"
         )
         return *start, End("span", reason, last)
 

@@ -157,12 +157,8 @@ class Families:
         start = first.curve.orbits.nodes(first.z)[0]
         moved = size_in_scales(orbits, interval.point, start)
         far = orbits.kind != "equilibrium" and moved > STOP.far
-        if (many or far) and _in_family(points):
-            reason = (
-                f"{len(points)} orbits have the same {orbits.vary} = {rounded:.9g}: they are a "
-                "family, as around a center, and it continues; give an event at which it ends"
-            )
-            return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
+        if (many or far) and in_family(points):
+            return MonitorResult(stop=Stop(interval.point, family_end(orbits, points)))
         if far:
             where = f" at {orbits.vary} = {rounded:.9g}"
         elif orbits.kind == "equilibrium" and _runs_away(points[-STOP.away :]):
@@ -174,7 +170,23 @@ class Families:
         return MonitorResult(stop=Stop(interval.point, end))
 
 
-def _in_family(points: Sequence[OrbitPoint]) -> bool:
+def family_end(orbits: Orbits, points: Sequence[OrbitPoint]) -> End:
+    """Say that points of a branch are a family."""
+    value = orbits.value(points[-1].z)
+    rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value
+    what, center = (
+        ("equilibria", "on a line")
+        if orbits.kind == "equilibrium"
+        else ("orbits", "around a center")
+    )
+    reason = (
+        f"{len(points)} {what} have the same {orbits.vary} = {rounded:.9g}: they are a "
+        f"family, as {center}, and it continues; give an event at which it ends"
+    )
+    return End("family", reason, (value,))
+
+
+def in_family(points: Sequence[OrbitPoint]) -> bool:
     """Whether the parameter is constant and every orbit is singular.
 
     In a canard explosion the parameter is constant as well, but orbits are regular.
