@@ -223,7 +223,7 @@ def test_copied_python_gives_the_same_orbit(exported, tmp_path, monkeypatch, cap
 
 
 @pytest.mark.parametrize("kind", ["forced", "cycle", "equilibrium"])
-def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind):
+def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind, monkeypatch, capsys):
     free = {"kind": "orbit", "id": 1, "model": "stuart-landau", "vary": "r", "span": [-1, 1]}
     at = {"cycle": {"branch": 2, "arclength": 0.5}, "equilibrium": {"branch": 1, "arclength": 0.1}}
     view = ORBIT if kind == "forced" else {**free, "at": at[kind]}
@@ -231,13 +231,17 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind):
     orbit = sf.load(tmp_path / "orbit.nc")
     table = list(csv.reader(io.StringIO(exported(view, "csv").decode())))
     values = [float(value) for value in table[1]]
+    copied = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
     if kind == "equilibrium":
+        assert copied["values"].real.tolist() == pytest.approx([values[0]] * 2, rel=1e-12)
+        assert capsys.readouterr().out.startswith("frequencies (Hz): [0.159154")
         (r, frequency, damping, *state), value = values, orbit.model.values["r"]
         assert table[0][:3] == ["growth rate (1/s)", "frequency (Hz)", "damping ratio"]
         assert [r, frequency] == pytest.approx([value, 0.5 / np.pi], rel=1e-12)
         assert damping == pytest.approx(-value / np.hypot(value, 1), rel=1e-12)
     else:
         state = values[1 : 1 + len(orbit.state)]
+        assert copied["orbit"].duration == pytest.approx(orbit.duration, rel=1e-12)
     assert state == orbit.state.tolist()
     # From its nodes alone it has the duration and the multipliers that it was saved with.
     assert orbit.check().passed
@@ -297,16 +301,19 @@ def test_a_sweep_is_no_file(exported):
 OFTEN = ("duffing", "stuart-landau", "pin-on-disc", "mathieu")
 """Folds of a response, a Hopf point, squeal, and a parametric excitation."""
 
-FIRST = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.long) for n in built_in_models()]
+FIRST = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.long) for n in MODELS]
 
 
 def first_view(name):
     """What the page shows of a model at first, and its plane."""
-    described = next(item for item in Catalogue().describe() if item["name"] == name)
+    own = MODELS[name] and MODELS[name].read_text()
+    models = Catalogue().describe() if own is None else [Catalogue().described(own, name)]
+    described = next(item for item in models if own or item["name"] == name)
     view = {key: described["default"][key] for key in ("parameters", "vary", "span", "show")}
     axes = [{"name": p["name"], "span": [p["low"], p["high"]]} for p in described["parameters"]]
     usual = dict(zip(("x", "y"), axes, strict=False))
-    return {"model": name, "id": 1, **view}, described["plane"] or usual
+    whole = {"model": described["name"], "text": own, "id": 1}
+    return {**whole, **view}, {**whole, **(described["plane"] or usual)}
 
 
 @pytest.mark.parametrize("name", FIRST)
@@ -325,7 +332,7 @@ def test_copied_python_of_a_first_view_gives_its_numbers(name, tmp_path, monkeyp
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", built_in_models())
+@pytest.mark.parametrize("name", MODELS)
 def test_copied_python_of_a_sweep_and_a_plane_of_every_model_runs(
     name, tmp_path, monkeypatch, capsys
 ):
@@ -338,16 +345,16 @@ def test_copied_python_of_a_sweep_and_a_plane_of_every_model_runs(
     swept = run_python(export(sweep, "python").decode(), tmp_path, monkeypatch)["swept"]
     copied = [value for way in ("up", "down") for value, _ in swept[way]]
     assert [place["x"] for place in answers[:-1]] == copied
-    if len(plane) < 2:
+    if "y" not in plane:
         return
-    text = export({"kind": "plane", "id": 1, "model": name, **plane}, "python").decode()
+    text = export({"kind": "plane", **plane}, "python").decode()
     # A plane takes minutes for some models; the numbers of two are compared above.
     monkeypatch.setattr(sf, "bifurcation_set", lambda *args, **options: (args, options))
     first, second = plane["x"], plane["y"]
     (model, axes, window), options = run_python(text.split("print")[0], tmp_path, monkeypatch)[
         "result"
     ]
-    assert model == built_in_models()[name]()
+    assert model == (Catalogue().of(request) if view["text"] else built_in_models()[name]())
     assert axes == (first["name"], second["name"])
     assert window == (tuple(first["span"]), tuple(second["span"]))
     assert options == ({} if model.forced else {"regions": False})

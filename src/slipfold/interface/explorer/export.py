@@ -156,6 +156,11 @@ def python_text(
     shown = model if orbit is None else orbit.model
     lines = [
         *(SWEEP_IMPORTS if isinstance(view, SweepRequest) else ()),
+        *(
+            ("import numpy as np", "")
+            if orbit is not None and jacobian_of(orbit) is not None
+            else ()
+        ),
         "import slipfold as sf",
         "",
         f"model = {_model(shown, file, view.text)}",
@@ -204,11 +209,26 @@ def _steps(
     assert orbit is not None  # what is left is an orbit
     names = [item.name for item in model.states]
     state = dict(zip(names, orbit.state.tolist(), strict=True))
-    over = "" if jacobian_of(orbit) is None else '"over", orbit.duration, "s:", '
+    if jacobian_of(orbit) is not None:
+        return _modes_of_equilibrium(model, view, state)
     return [
         f"orbit = sf.periodic_orbit(model, period={orbit.period}, state={state!r})",
-        f"print({over}orbit.multipliers, orbit.stable)",
+        "print(orbit.multipliers, orbit.stable)",
         "time, states = orbit.sample()",
+    ]
+
+
+def _modes_of_equilibrium(model: Model, view: OrbitRequest, state: dict[str, float]) -> list[str]:
+    """Return the Python that finds an equilibrium again: it is the first of those it is among."""
+    value = model.values[view.vary]
+    end = max(view.span, key=lambda item: abs(item - value))
+    return [
+        "settings = sf.Settings(largest_period=0)",
+        f'diagram = sf.response(model, "{view.vary}", ({value!r}, {end!r}), start={state!r},'
+        " settings=settings)",
+        "values = diagram.branches[0].eigenvalues[0]",
+        'print("frequencies (Hz):", abs(values.imag) / (2 * np.pi))',
+        'print("damping ratios:", -values.real / abs(values))',
     ]
 
 

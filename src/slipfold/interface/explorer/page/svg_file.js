@@ -21,8 +21,9 @@ const GAP = 16;
 export function sheetOf(title, figures, color) {
   const parts = figures.flatMap(({ drawing, caption }) => [drawing, caption ?? drawing]);
   const boxes = parts.map((part) => part.getBoundingClientRect());
-  const left = Math.min(...boxes.map((box) => box.left));
-  const width = Math.max(...boxes.map((box) => box.right)) - left;
+  const frames = figures.map(({ drawing, caption }) => frameOf([drawing, caption ?? drawing]));
+  const lefts = frames.map((frame) => Math.min(...frames.filter((other) => areBeside(frame, other)).map(({ left }) => left)));
+  const width = Math.max(...frames.map(({ right }, i) => right - lefts[i]));
   const lines = wrapped(title, width / LETTER);
   const top = Math.min(...boxes.map((box) => box.top)) - LINE * lines.length - 12;
   const lifted = (box) => top + blankAbove(boxes, box.top);
@@ -33,10 +34,24 @@ export function sheetOf(title, figures, color) {
     ...lines.map((line, i) => svg("text", {
       x: 10, y: LINE * (i + 1), "font-size": 14, "font-weight": 600, fill: color("ink"),
     }, line)),
-    ...figures.map(({ drawing }) => placed(drawing, drawing.getBoundingClientRect(), left, lifted(drawing.getBoundingClientRect()))),
-    ...figures.flatMap(({ caption }) => (caption ? captioned(caption, left, lifted(caption.getBoundingClientRect())) : [])));
+    ...figures.map(({ drawing }, i) => placed(drawing, drawing.getBoundingClientRect(), lefts[i], lifted(drawing.getBoundingClientRect()))),
+    ...figures.flatMap(({ caption }, i) => (caption ? captioned(caption, lefts[i], lifted(caption.getBoundingClientRect())) : [])));
   sheet.setAttribute("xmlns", "http://www.w3.org/2000/svg");
   return { text: new XMLSerializer().serializeToString(sheet), width, height };
+}
+
+/** Where some elements are together. */
+function frameOf(elements) {
+  const boxes = elements.map((node) => node.getBoundingClientRect());
+  return {
+    left: Math.min(...boxes.map(({ left }) => left)), right: Math.max(...boxes.map(({ right }) => right)),
+    top: Math.min(...boxes.map(({ top }) => top)), bottom: Math.max(...boxes.map(({ bottom }) => bottom)),
+  };
+}
+
+/** Whether two frames stand in one row: each row begins at the left, whatever controls the page has there. */
+function areBeside(one, other) {
+  return one.top < other.bottom && other.top < one.bottom;
 }
 
 /** Height of the bands above a place that hold controls on the page and nothing in a file, but for a margin each. */
