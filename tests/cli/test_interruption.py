@@ -7,6 +7,8 @@ import pkgutil
 import signal
 from collections.abc import Callable
 from itertools import count
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -87,3 +89,13 @@ def test_what_is_put_together_is_not_interrupted(monkeypatch: pytest.MonkeyPatch
 def test_what_keeps_what_is_finished_has_the_name_it_is_known_by(name: str) -> None:
     function = pkgutil.resolve_name(name)
     assert f"{function.__module__}.{function.__code__.co_qualname}" == name
+
+
+def test_what_python_ignores_in_a_callback_of_a_weak_reference_waits() -> None:
+    code = SimpleNamespace(co_qualname="first_finished")
+    search: Any = SimpleNamespace(
+        f_globals={"__name__": "slipfold.studies.run"}, f_code=code, f_back=None
+    )
+    callback: Any = SimpleNamespace(f_globals={"__name__": "weakref"}, f_code=code, f_back=search)
+    assert interruption._keeps_results(search)
+    assert not interruption._keeps_results(callback)

@@ -175,6 +175,15 @@ def test_an_interrupted_one_keeps_what_it_knows():
     assert "Interrupted before its exponents were known" in found.summary()
 
 
+def test_what_is_interrupted_before_its_rotation_number_keeps_its_exponents(monkeypatch):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slipfold.long_term.exponents.rotation_of", interrupted)
+    found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.06), 500)
+    assert (found.interrupted, found.periods, found.classification.rotation) == (True, 500, None)
+
+
 def test_rotation_numbers_of_tori_are_those_of_closed_forms():
     # A curve turned by the golden mean, and two curves visited in turn, each turned by 0.13.
     count = np.arange(6000)

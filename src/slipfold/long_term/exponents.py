@@ -503,11 +503,13 @@ def follow_exponents(
         interrupted = True
         estimates.append(_estimate(growth))
     classification = _classification(growth, estimates[-1])
-    if growth.model.forced and classification.kind in ("torus", "undecided"):
-        scales, angle_periods = growth.model.state_scales(), growth.model.angle_periods
-        classification = classification.with_rotation(
-            rotation_of(integration.states, scales, angle_periods)
-        )
+    try:
+        if growth.model.forced and classification.kind in ("torus", "undecided"):
+            scales, angle_periods = growth.model.state_scales(), growth.model.angle_periods
+            rotation = rotation_of(integration.states, scales, angle_periods)
+            classification = classification.with_rotation(rotation)
+    except KeyboardInterrupt:
+        interrupted = True
     removed = int(np.isneginf(estimates[-1].exponents).sum())
     if removed:
         message = (

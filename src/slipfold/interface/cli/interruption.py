@@ -100,6 +100,8 @@ class _DeferredInterrupt:
 
 def _keeps_results(frame: FrameType | None) -> bool:
     """Whether a running function keeps its finished results when it is interrupted."""
+    if frame is not None and frame.f_globals.get("__name__") == "weakref":
+        return False  # Python prints and ignores what a callback raises
     while frame is not None:
         if f"{frame.f_globals.get('__name__')}.{frame.f_code.co_qualname}" in INTERRUPTIBLE:
             return True
