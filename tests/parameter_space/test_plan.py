@@ -31,6 +31,18 @@ def test_derivatives_and_errors_are_those_of_the_closed_form(planned):
     assert np.allclose(planned.errors_expected, errors, rtol=1e-6)
 
 
+def test_parameters_that_only_their_product_shows_have_no_error():
+    # Derivatives by differences are known to 1e-8, so that their rank is not exactly one.
+    product = sf.System(
+        parameters={"W": 0.9, "a": 1.3, "b": 0.7, "d": 0.12},
+        states={"q": "v", "v": "0.2*cos(W*t) - d*v - a*b*q"},
+        forcing={"period": "2*pi/W"},
+    )
+    found = sf.plan_measurement(product, "W", FREQUENCIES, ["max q"], ["a", "b", "d"], errors=1e-5)
+    assert np.isinf(found.errors_expected[:2]).all()
+    assert np.isfinite(found.errors_expected[2])
+
+
 def test_the_best_points_are_those_of_all_that_could_be_chosen(planned):
     def told(rows):
         part = exact()[list(rows)]

@@ -288,7 +288,7 @@ def find_fit(
         if observer is not None:
             values = {name: found.model.values[name] for name in bounds}
             away = found.residuals(found.used(found.scale))
-            distance = float(np.sqrt(np.mean(away**2)))
+            distance = float(np.sqrt(np.mean(away**2))) if len(away) else np.inf
             named = "  ".join(f"{name} = {value:.6g}" for name, value in values.items())
             text = f"{named}  distance {distance:.3g}"
             observer(Progress("rounds", len(known), None, text, {**values, "distance": distance}))

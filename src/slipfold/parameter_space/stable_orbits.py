@@ -41,7 +41,7 @@ class PredictionRules:
     rounding: float = 1e-12
     # Singular value of the scaled derivatives, over the largest or the measurements' error, below
     # which the measurements do not determine a combination of parameters
-    blind: float = 1e-10
+    blind: float = 1e-7
 
 
 RULES = PredictionRules()
