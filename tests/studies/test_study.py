@@ -52,6 +52,7 @@ def test_a_failed_case_says_why_and_stops_no_others(tmp_path):
     assert list(found.failures) == [1]
     assert "Vd = -1 is outside its bounds" in found.failures[1]
     assert "3 PD" in found.summary()
+    assert "\nreason" not in found.summary()  # a row without anything to say
     assert "1 failed: Vd = -1 is outside" in found.summary()
     assert found.case(1) == {"Vd": -1}
     assert found.values["outcome"][[0, 2]].tolist() == ["PD", "PD"]

@@ -272,7 +272,7 @@ class StudyResult(Result):
             if item.kind == "text":
                 counts = Counter(str(value) for value in values if value)
                 said = listed(f"{count} {word}" for word, count in counts.most_common())
-                rows.append([item.name, "", "", said])
+                rows += [[item.name, "", "", said]] if counts else []
                 continue
             known = values[np.isfinite(values)] if item.kind == "real" else values
             ends = [f"{end:.9g}" for end in (known.min(), known.max())] if len(known) else ["", ""]
