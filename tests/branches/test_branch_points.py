@@ -166,3 +166,13 @@ def test_a_pitchfork_that_misses_itself_is_a_fold(e):
     assert branch.special[0].value == pytest.approx(3 * (e / 2) ** (2 / 3), rel=1e-5, abs=0)
     assert branch.parameter[-1] == 1
     assert others == []
+
+
+def test_cycles_that_miss_a_pitchfork_have_a_fold():
+    # The same with e = 1e-7, beside a circle that is followed round.
+    turning = {"u": "u*(1 - u^2 - v^2) - v", "v": "v*(1 - u^2 - v^2) + u"}
+    model = sf.System(parameters={"r": 1.0}, states={"x": "r*x - x^3 + 1e-7", **turning})
+    cycle = sf.periodic_orbit(model.with_scales(np.ones(3)), state={"x": -1e-7, "u": 1, "v": 0})
+    (branch,) = sf.response(cycle, vary="r", span=(1, -1)).branches
+    assert kinds(branch) == ["LP"]
+    assert branch.special[0].value == pytest.approx(3 * 5e-8 ** (2 / 3), rel=1e-5, abs=0)

@@ -74,7 +74,7 @@ class Collocation(MeshDiscretization):
         super().__init__(model, free, period, edges)
         self._scheme, self.points = scheme, scheme.points
         if self.points.damps:
-            self.noise = MESH.error  # of test functions near stiff modes
+            self.noise = self.remainder = MESH.error  # near stiff modes
         self.lengths = np.diff(edges)
         self._linear = LinearPart()
         # Coefficients and polynomials that were solved last; their changes with free parameters

@@ -83,6 +83,9 @@ class Discretization(ABC):
     noise = 1e-7
     """What rounding makes of test functions of multipliers."""
 
+    remainder = 1e-9
+    """What rounding, or a mesh, makes of the equations."""
+
     smooth = True
     """Whether orbits are those of one and the same smooth flow."""
 

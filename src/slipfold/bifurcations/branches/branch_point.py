@@ -78,7 +78,7 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     directions = _zero_directions(hessian)
     if directions is None:
         return None
-    if abs(solved.remainder) > CROSSING.remains * curve.noise:
+    if abs(solved.remainder) > CROSSING.remains * curve.orbits.by.remainder:
         raise LostCurveError("two branches come close and turn away from each other")
     tangents = [_unit(solved.moves @ direction) for direction in directions]
     alike = [float(tangent @ along) for tangent in tangents]
