@@ -4,29 +4,45 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
 
-from slipfold import End
+from slipfold import End, Steps
 from slipfold.continuation.curve import AlgebraicCurve
-from slipfold.continuation.follow import follow
+from slipfold.continuation.follow import follow, unexplained_reversal
 from slipfold.continuation.locate import LostCurveError, locate
 from slipfold.continuation.search import Zeros
+from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import MonitorResult, Stop
 
 
-class Cubic(AlgebraicCurve):
-    """p = x^3 - h x: two folds, at x = -+sqrt(h / 3), as near to each other as one likes."""
+class Polynomials(AlgebraicCurve):
+    """p is a polynomial of x."""
 
-    def __init__(self, height):
-        self.height = height
+    def __init__(self, coefficients):
+        self.height = Polynomial(coefficients)
+        self.slope = self.height.deriv()
 
     def defect(self, z):
-        return np.array([z[1] - z[0] ** 3 + self.height * z[0]])
+        return np.array([z[1] - self.height(z[0])])
 
     def jacobian(self, z):
-        return np.array([[self.height - 3 * z[0] ** 2, 1.0]])
+        return np.array([[-self.slope(z[0]), 1.0]])
 
     def tests(self, z, tangent):
         return {"fold": tangent[1]}
+
+
+class Directed(Polynomials):
+    """The same; `odd` names the direction of p."""
+
+    odd = ("fold",)
+
+
+def cubic(height):
+    """p = x^3 - h x: two folds, at x = -+sqrt(h / 3), as near to each other as one likes."""
+    return Polynomials([0.0, -height, 0.0, 1.0])
 
 
 class Ending(AlgebraicCurve):
@@ -65,13 +81,13 @@ class Reaches:
 
 
 def followed(curve, monitors, **options):
-    start = curve.begin([-1.5, -(1.5**3) + curve.height * 1.5], row=[1, 0])
+    start = curve.begin([-1.5, curve.height(-1.5)], row=[1, 0])
     return follow(curve, start, [(1, -4.0, 4.0)], monitors, **options)
 
 
 @pytest.mark.parametrize("height", [1.0, 1e-2, 1e-4])
 def test_two_folds_within_a_step(height):
-    curve = Cubic(height)
+    curve = cubic(height)
     trail = followed(curve, [Zeros(curve)])
     fold = np.sqrt(height / 3)
     assert [item.type for item in trail.found] == ["fold", "fold"]
@@ -84,7 +100,7 @@ def test_two_folds_within_a_step(height):
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_the_earliest_reason_ends_a_curve(order):
-    curve = Cubic(1.0)
+    curve = cubic(1.0)
     monitors = [Reaches(curve, 0.1), Zeros(curve), Reaches(curve, 0.0)][::order]
     trail = followed(curve, monitors)
     assert trail.end.reason == "x is 0.0"
@@ -93,7 +109,7 @@ def test_the_earliest_reason_ends_a_curve(order):
 
 
 def test_both_directions_are_one_curve():
-    curve = Cubic(1.0)
+    curve = cubic(1.0)
     start = curve.begin([0.0, 0.0], row=[1, 0])
     bounds = [(1, -4.0, 4.0)]
     ends = [follow(curve, point, bounds) for point in (start, curve.turned(start))]
@@ -102,7 +118,7 @@ def test_both_directions_are_one_curve():
 
 
 def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
-    curve, lost = Cubic(1.0), []
+    curve, lost = cubic(1.0), []
 
     class Loses:
         def watch(self, interval):
@@ -119,7 +135,7 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
 
 
 def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():
-    curve = Cubic(1.0)
+    curve = cubic(1.0)
     start = curve.turned(curve.begin([-1.5, -1.875], row=[1, 0]))
     trail = follow(curve, start, [(1, -1.875, 4.0)])
     assert (trail.end.kind, len(trail.points)) == ("window", 1)
@@ -127,7 +143,7 @@ def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():
 
 def test_a_step_that_rounding_swallows_is_none():
     # So far along, a step of 1e-8 leads to the same arclength, and polynomials divided by zero.
-    curve = Cubic(1.0)
+    curve = cubic(1.0)
     start = replace(curve.begin([-1.5, -(1.5**3) + 1.5], row=[1, 0]), arclength=1e9)
     trail = follow(curve, start, [(1, -4.0, 4.0)], [Zeros(curve)], first_step=1e-8)
     assert trail.end.kind == "failed"
@@ -141,3 +157,60 @@ def test_a_step_goes_only_once_beyond_an_end_in_sight():
         trail = follow(each, start, [(1, -9.0, 9.0)], [Reaches(each, 1e-4)])
         assert trail.points[-1].z == pytest.approx([1e-4, 3e-4 * np.log(1e-4)])
     assert curve.beyond == 1 < blind.beyond
+
+
+class Sees:
+    """Watches, and finds nothing."""
+
+    def watch(self, stretch):
+        return MonitorResult()
+
+
+def bounded(curve, monitors, largest=1.0):
+    start = curve.begin([-2.0, curve.height(-2.0)], row=[1, 0])
+    stepping = Stepping(steps=Steps(largest=largest))
+    return follow(curve, start, [(0, -2.0, 2.0)], monitors, settings=stepping)
+
+
+def polynomial_with(places):
+    """A polynomial whose derivative vanishes at some places; it is at most one on the curve."""
+    found = Polynomial.fromroots(places).integ()
+    return found.coef / np.abs(found(np.linspace(-2, 2, 33))).max()
+
+
+places = st.lists(st.integers(-3, 3), min_size=2, max_size=4, unique=True)
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(places, st.sampled_from([0.1, 1.0]), st.sampled_from([0.5, 5.0]))
+def test_cubics_and_quintics_have_all_their_folds(halves, largest, height):
+    turns = sorted(half / 2 for half in halves)
+    curve = Directed(height * polynomial_with(turns))
+    trail = bounded(curve, [Zeros(curve)], largest)
+    assert [item.point.z[0] for item in trail.found] == pytest.approx(turns, abs=1e-7)
+    assert trail.end.kind == "window"
+
+
+@settings(max_examples=8, deadline=None, derandomize=True)
+@given(places)
+def test_a_fold_that_is_not_listed_is_a_contradiction(halves):
+    turns = sorted(half / 2 for half in halves)
+    curve = Directed(polynomial_with(turns))
+    trail = bounded(curve, [Sees()], 0.05)
+    assert (trail.end.kind, trail.end.early) == ("contradiction", True)
+    first = unexplained_reversal(trail)
+    assert first.z[0] == pytest.approx(turns[0], abs=0.1)
+    assert f"{first.z[-1]:.9g}" in trail.end.reason
+    assert trail.end.reason.startswith("reached the end of the window; but at ")
+    # One that was found elsewhere explains nothing.
+    trail.found = bounded(curve, [Zeros(curve)]).found[1:]
+    assert unexplained_reversal(trail) is first
+
+
+def test_what_only_rounding_changes_is_no_contradiction():
+    curve = Directed([0.0])
+    trail = bounded(curve, [Sees()], 0.05)
+    noise = np.random.default_rng(0).uniform(-4e-8, 4e-8, len(trail.points))
+    for point, error in zip(trail.points, noise, strict=True):
+        point.z[1] += error
+    assert unexplained_reversal(trail) is None

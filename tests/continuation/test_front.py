@@ -1,6 +1,6 @@
 """Curves that are followed at the same time are those that each is alone."""
 
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,18 +12,6 @@ BOUNDS = [(0, -9.0, 0.6), (1, -9.0, 9.0)]
 """The circles end where the first coordinate is 0.6."""
 
 
-@dataclass
-class Corrected:
-    z: np.ndarray
-    tangents: np.ndarray
-    tests: np.ndarray
-    moved: np.ndarray
-
-    @property
-    def found(self):
-        return np.isfinite(self.z).all(axis=1)
-
-
 class Circles(FrontEquations):
     """Circles of different radii, followed from their lowest point."""
 
@@ -31,15 +19,15 @@ class Circles(FrontEquations):
         self.radii = np.array(radii)
 
     def correct(self, rows, guesses, normals, arclengths):
-        z, moved = guesses.copy(), np.zeros(len(rows))
-        for i, radius in enumerate(self.radii[rows]):
-            for _ in range(8):
-                matrix = np.array([2 * z[i], normals[i]])
-                right = [z[i] @ z[i] - radius**2, normals[i] @ (z[i] - guesses[i])]
-                step = np.linalg.solve(matrix, right)
-                z[i], moved[i] = z[i] - step, np.linalg.norm(step)
-        tangents = np.column_stack([-z[:, 1], z[:, 0]]) / self.radii[rows, None]
-        return Corrected(z, tangents, tangents[:, 1:], moved)
+        radii, along = self.radii[rows, None], np.column_stack([-normals[:, 1], normals[:, 0]])
+        middle = (guesses * normals).sum(axis=1)[:, None]  # of the chord through the guess
+        half = np.sqrt(radii**2 - middle**2) * np.sign((guesses * along).sum(axis=1))[:, None]
+        z = middle * normals + half * along
+        tangents = np.column_stack([-z[:, 1], z[:, 0]]) / radii
+        moved, found = np.zeros(len(rows)), np.isfinite(z).all(axis=1)
+        return SimpleNamespace(
+            z=z, tangents=tangents, tests=tangents[:, 1:], moved=moved, found=found
+        )
 
 
 def followed(radii):

@@ -35,11 +35,16 @@ def arcs(difference: Array, before: Array, after: Array) -> tuple[Array, Array]:
 
     Shapes: differences and unit tangents (k, u); returns (k,), (k,).
     """
-    cosine = np.add.reduce(before * after, axis=1)
-    turn = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
+    turn = angles_between(before, after)
     half = 0.5 * turn
     bent = np.divide(half, np.sin(half), out=np.ones_like(half), where=~(turn < 1e-4))
     return lengths_of(difference) * bent, turn
+
+
+def angles_between(first: Array, second: Array) -> Array:
+    """Return the angle between the unit vectors of each row."""
+    cosine = np.add.reduce(first * second, axis=1)
+    return np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
 
 
 def lengths_of(vectors: Array) -> Array:

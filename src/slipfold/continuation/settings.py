@@ -53,7 +53,8 @@ class Steps:
     smallest
         A branch that needs a smaller step stops and says so.
     turn
-        Maximum angle between neighboring tangents, in rad.
+        Maximum angle between neighboring tangents, in rad; twice as large where the second differs
+        from its prediction by less.
     points
         Number of points after which a branch stops and says so. Of all tested branches the canards
         of a neuron with a ratio of times of 1000 need the most, 2,500.

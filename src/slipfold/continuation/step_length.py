@@ -23,6 +23,9 @@ class StepRules:
     drift: float = 0.15
     # A step is at most this many times as long as the one before
     longer: float = 2.5
+    # Ratio of the largest turn that is predicted to the largest one that is not: a smooth bend
+    # would take an eighth more points without it
+    turns: float = 2.0
     # The prediction's error grows with the step to the power of 1/0.22 or so
     power: float = 0.22
     # A step whose errors exceed their aims by this factor is taken again, shorter
@@ -80,7 +83,7 @@ STEP = StepRules()
 
 @dataclass(frozen=True, eq=False)
 class Measures:
-    """Errors of steps: error and drift relative to their aims, turn to its maximum."""
+    """Errors of steps: error and drift relative to their aims, turns to their maximum."""
 
     error: Array
     turn: Array

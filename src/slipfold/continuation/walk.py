@@ -13,6 +13,7 @@ from slipfold.arrays import Array, Indices, Mask
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import (
     POINTS,
+    angles_between,
     arc_between,
     arcs,
     derivatives,
@@ -148,6 +149,9 @@ class Front:
         found, inside = result.found, beyond < 0
         difference, last = result.z - self.z[at, -1], self.tangents[at, -1]
         length, turn = arcs(difference, last, result.tangents)
+        on_wall = (np.abs(normals) == 1).any(axis=1)  # there normals predict no tangents
+        mistaken = np.where(on_wall, 0.0, angles_between(normals, result.tangents))
+        turn = np.minimum(turn, np.maximum(turn / STEP.turns, mistaken))
         measures = self._measured(rows, result, lengths_of(result.z - guesses), length, turn)
         # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
         fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)
@@ -407,7 +411,7 @@ class _OneCurve(FrontEquations, Generic[P]):
                 return self.recent[-1]
             if not trial.result.found[0] and self._before_end < tried:
                 self._nears_end = True
-                front.step = np.maximum(front.step, self._before_end)
+                front.step[:] = self._before_end
         return Failure("failed", f"the step fell below {smallest:g}: {self._reason}")
 
     @property
