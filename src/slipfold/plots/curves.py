@@ -32,7 +32,8 @@ def draw_basin_fractions(
     for number, color in zip(kinds, palette(len(kinds)), strict=True):
         kind = kinds[number]
         name = kind if often[kind] == 1 else f"{kind} ({number})"
-        there = np.isin(found.values, list(found.along(number)))
+        # It is seen how a fraction comes from zero, but not a line at zero of each attractor.
+        there = np.convolve(np.isin(found.values, list(found.along(number))), [1, 1, 1])[1:-1] > 0
         drawn.append((number, there, color, name if number in largest else "_nolegend_"))
     for number, (color, name) in NOTHING.items():
         if (found.labels == number).any():

@@ -237,6 +237,9 @@ const CLOSE = 9;
 /** Share of a text that may lie on other texts; it is left out where there is no such place. */
 const HIDDEN = 0.2;
 
+/** Share of the plot's width from which a text is short. */
+const WIDE = 0.4;
+
 /**
  * Choose a place for each text; the first choose first. Texts of markers that lie on each other
  * become one, e.g. "3 PD", and a text without room is empty.
@@ -249,7 +252,7 @@ export function labelPlaces(texts, lines, frame) {
   const markers = texts.map(({ at }) => boxAround(at, 10, 10));
   const labels = [];
   const ink = points(lines);
-  return gathered(texts).map(({ text, at }) => {
+  return gathered(texts, frame.width * WIDE).map(({ text, at }) => {
     const boxes = POSITIONS.map((position) => boxAt(position, at, text.length * WIDTH * typeScale()));
     const costs = boxes.map((box, i) =>
       0.3 * i + outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink));
@@ -260,8 +263,8 @@ export function labelPlaces(texts, lines, frame) {
   });
 }
 
-/** The texts of markers on each other as the text of the first of them. */
-function gathered(texts) {
+/** The texts of markers on each other as the text of the first of them, short where they are wider than that. */
+function gathered(texts, widest) {
   const groups = [];
   for (const item of texts) {
     const near = groups.find(([{ at: [x, y] }]) => Math.hypot(x - item.at[0], y - item.at[1]) < CLOSE);
@@ -270,7 +273,9 @@ function gathered(texts) {
   }
   return texts.map((item) => {
     const group = groups.find(([first]) => first === item) ?? [];
-    return { at: item.at, text: group.length > 1 ? counted(group.map(({ short }) => short)) : group[0]?.text ?? "" };
+    const [{ text, short } = { text: "", short: "" }] = group;
+    const own = text.length * WIDTH * typeScale() > widest ? short : text;
+    return { at: item.at, text: group.length > 1 ? counted(group.map((each) => each.short)) : own };
   });
 }
 
