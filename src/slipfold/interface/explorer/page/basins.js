@@ -2,10 +2,10 @@
 
 import { escaped } from "./diagram_data.js";
 import { Choice, button, element } from "./dom.js";
-import { CONFIG, layout, mapping } from "./plot_tools.js";
-import { axisTitle, display } from "./quantities.js";
-import { colors, themeChanged } from "./theme.js";
-import { basinsRequest } from "./view.js";
+import { CONFIG, mapLayout, mapping, pixelOf, redrawn } from "./plot_tools.js";
+import { axisTitle, display, optionOf } from "./quantities.js";
+import { colors } from "./theme.js";
+import { basinsRequest, solutionOf } from "./view.js";
 
 /** Colors of attractors: the first two differ most in lightness. */
 const TINTS = ["region-2", "live", ...Array.from({ length: 12 }, (_, i) => `region-other-${i + 1}`)];
@@ -38,16 +38,13 @@ class BasinsPlot {
   #canvas = element("div", { class: "plot-canvas" });
   #basins = null;
   #map = null;
-  #frame = 0;
+  #schedule = redrawn(this.node, () => this.#draw());
 
   /** @param {(x: number, y: number) => void} pick hears of a start that is clicked, in SI units */
   constructor(pick) {
     this.node.append(this.#canvas);
-    themeChanged.subscribe(() => this.#schedule());
-    new ResizeObserver(() => this.#schedule()).observe(this.node);
     this.node.addEventListener("click", (event) => {
-      const box = this.node.getBoundingClientRect();
-      const at = [event.clientX - box.left, event.clientY - box.top];
+      const at = pixelOf(event, this.node);
       if (!this.#map?.isInside(...at)) return;
       const [x, y] = this.#map.toData(...at);
       pick(x / display(this.#basins.x).factor, y / display(this.#basins.y).factor);
@@ -62,14 +59,6 @@ class BasinsPlot {
     this.#schedule();
   }
 
-  #schedule() {
-    if (this.#frame) return;
-    this.#frame = requestAnimationFrame(() => {
-      this.#frame = 0;
-      this.#draw();
-    });
-  }
-
   #draw() {
     if (!this.#basins || this.node.clientWidth === 0) return;
     const { x, y, labels } = this.#basins;
@@ -79,11 +68,8 @@ class BasinsPlot {
     const size = [this.node.clientWidth, this.node.clientHeight];
     const range = { x: ends(across), y: ends(up) };
     this.#map = mapping(size, range.x, range.y);
-    const sheet = layout(color, { title: escaped(axisTitle(x)), range: range.x },
+    const sheet = mapLayout(color, { title: escaped(axisTitle(x)), range: range.x },
       { title: escaped(axisTitle(y)), range: range.y }, size);
-    sheet.dragmode = false;
-    sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
-    sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
     const colorscale = keys.flatMap(({ tint }, i) =>
       [i, i + 1].map((end) => [end / keys.length, color(tint)]));
     const trace = {
@@ -140,7 +126,7 @@ export class BasinsPanel {
       this.#words, this.#plot.node, this.#legend);
     session.store.changed.subscribe(({ view, before }) => {
       if (view.model !== before.model) this.#begin();
-      if (systemOf(view) !== systemOf(before)) this.#clear();
+      if (solutionOf(view) !== solutionOf(before)) this.#clear();
     });
     session.orbitArrived.subscribe((arrived) => arrived && this.#measure(arrived.answer));
     session.failed.subscribe(({ kind, sentence }) => kind === "basins" && sentence && this.#clear(sentence));
@@ -165,8 +151,7 @@ export class BasinsPanel {
   }
 
   #show() {
-    const options = this.#session.model.states.map((item) =>
-      ({ value: item.name, text: axisTitle(item), title: item.doc }));
+    const options = this.#session.model.states.map(optionOf);
     this.#choices.forEach((choice, i) => choice.show(options, [this.#picked.x, this.#picked.y][i]));
     this.#reach.show(REACHES.map((value) => ({ value, text: `${value} ×` })), this.#picked.reach);
     // There is a plane where there are two states.
@@ -179,21 +164,19 @@ export class BasinsPanel {
   }
 
   #ask() {
-    const { requests, failed, view } = this.#session;
+    const { view } = this.#session;
     const axis = (name) => {
       const end = Number((Number(this.#picked.reach) * (this.#sizes[name] || 1)).toPrecision(2));
       return { name, span: [-end, end] };
     };
     const request = basinsRequest(view, axis(this.#picked.x), axis(this.#picked.y));
-    const onError = (sentence, again) => failed.announce(
-      { kind: "basins", sentence, again: again ? () => this.#ask() : null });
     this.#clear();
     this.#working("Computing the basins…");
     this.#timer = setTimeout(() => {
       this.#advice = SLOW;
       this.#working("Computing the basins…");
     }, PATIENCE);
-    requests.ask(request, { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+    this.#session.ask(request, (answer) => this.#take(answer), () => this.#ask());
   }
 
   #take({ far, done, ...picture }) {
@@ -245,9 +228,4 @@ export class BasinsPanel {
     this.#words.textContent = text;
     this.#stop.hidden = true;
   }
-}
-
-/** What motions depend on. */
-function systemOf({ model, parameters }) {
-  return JSON.stringify([model, parameters]);
 }

@@ -219,7 +219,7 @@ export function marksOf(diagram) {
   return distinct(points.map(({ type, criticality, words, value, y }) => ({
     type,
     text: type === "LIMIT" ? words : [type, SHORT[criticality]].filter(Boolean).join(" "),
-    short: type === "LIMIT" ? words : type,
+    short: type === "LIMIT" ? words.split(" ").at(-1) : type,
     x: value,
     y,
     hollow: type === "LIMIT" || criticality === "subcritical",

@@ -5,7 +5,8 @@ import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
 import {
-  STATISTICS, diagramRequest, initialView, inside, spanOf, withPin, withPinName, withStart, withVaried, withoutPin,
+  STATISTICS, diagramRequest, initialView, inside, spanOf, systemOf, withPin, withPinName, withStart, withVaried,
+  withoutPin,
 } from "./view.js";
 
 export class CheckedLine {
@@ -275,12 +276,6 @@ export class Elsewhere {
     this.node.hidden = true;
     this.node.replaceChildren();
   }
-}
-
-/** What an offer depends on: everything but the value of the varied parameter. */
-function systemOf(view) {
-  const { model, vary, parameters } = diagramRequest(view);
-  return JSON.stringify([model, vary, parameters]);
 }
 
 /** The marker of a special point, as in the diagram. */

@@ -5,12 +5,13 @@ import {
 } from "./diagram_data.js";
 import { element } from "./dom.js";
 import {
-  CONFIG, covers, fits, labelPlaces, layout, mapping, padded, roundStep, stepped, withLegend,
+  CONFIG, covers, fits, labelPlaces, layout, mapping, onWhite, padded, pixelOf, redrawn, roundStep, stepped,
+  withLegend,
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, leastDamped, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
 import { MotionLayer, motionTraces } from "./motion_layer.js";
-import { LIGHT, colors, themeChanged } from "./theme.js";
+import { colors, light } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 
 const REACH = 14;
@@ -41,7 +42,7 @@ export class DiagramPlot {
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
   #isDrawnFaint = false;
-  #frame = 0;
+  #drawSoon = redrawn(this.node, () => this.#draw());
   /** Numbers of the drawings that were requested, and that are on the screen. */
   #asked = 0;
   #painted = 0;
@@ -70,8 +71,6 @@ export class DiagramPlot {
       if (this.#isFaint !== this.#isDrawnFaint) this.#schedule();
       this.#showStatus();
     });
-    themeChanged.subscribe(() => this.#schedule());
-    new ResizeObserver(() => this.#schedule()).observe(this.node);
     this.#listen();
   }
 
@@ -89,31 +88,18 @@ export class DiagramPlot {
   /** The figure as plotly's data and layout, for a file: with a legend and on white. */
   figure() {
     const { diagram, names } = this.#drawn;
-    const color = (name) => LIGHT[name] ?? "#000000";
-    const traces = [...this.#traces(diagram, color), ...motionTraces(this.#simulated, this.#sweep.runs, factors(diagram), color)];
+    const traces = [...this.#traces(diagram, light), ...motionTraces(this.#simulated, this.#sweep.runs, factors(diagram), light)];
     for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
     const isExplained = names.length > 0 || this.#measured(diagram) !== null;
     const sheet = withLegend(structuredClone(this.#canvas.layout),
       isExplained ? traces.filter(({ showlegend }) => showlegend).map(({ name }) => name) : []);
-    const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
-    return {
-      data: traces,
-      layout: {
-        ...sheet, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
-        font: { ...sheet.font, color: LIGHT.ink },
-        xaxis: { ...sheet.xaxis, ...axes }, yaxis: { ...sheet.yaxis, ...axes },
-      },
-    };
+    return { data: traces, layout: onWhite(sheet) };
   }
 
   #schedule() {
     this.#asked += 1;
     if (this.#session.diagram) this.node.setAttribute("aria-busy", "true");
-    if (this.#frame) return;
-    this.#frame = requestAnimationFrame(() => {
-      this.#frame = 0;
-      this.#draw();
-    });
+    this.#drawSoon();
   }
 
   async #draw() {
@@ -236,7 +222,7 @@ export class DiagramPlot {
     const [low, high] = this.#sight.y;
     const isBeyond = (y) => y * fy < low || y * fy > high;
     const isWider = this.#sweep.places.some(({ y }) => isBeyond(y)) || this.#simulated?.y.some(isBeyond);
-    if (isWider && !this.#session.view.zoom && !this.#frame) this.#schedule();
+    if (isWider && !this.#session.view.zoom) this.#schedule();
   }
 
   /** Move what marks the working point. */
@@ -295,8 +281,7 @@ export class DiagramPlot {
   #placeAt(event) {
     if (!this.#drawn || event.buttons > 0 || this.#session.hasFailed) return null;
     const { diagram, map } = this.#drawn;
-    const box = this.node.getBoundingClientRect();
-    const point = [event.clientX - box.left, event.clientY - box.top];
+    const point = pixelOf(event, this.node);
     if (!map.isInside(...point)) return null;
     const [fx, fy] = factors(diagram);
     const pixel = (x, y) => map.toPixel(x * fx, y * fy);

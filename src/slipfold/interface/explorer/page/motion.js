@@ -1,7 +1,7 @@
 /** Views of the end of a simulation: over time, in phase space, as a section, as a spectrum. */
 
 import { Choice, element } from "./dom.js";
-import { axisTitle, display, formatted } from "./quantities.js";
+import { axisTitle, display, formatted, optionOf } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { SoundControl } from "./sound.js";
 
@@ -225,17 +225,13 @@ export class MotionPanel {
       return;
     }
     const { across, up, window } = this.#picked;
-    const { kind: _, ...solution } = this.#simulation.request;
     const request = {
-      kind: "motion", ...solution, outputs: [across, up], ...(window ? { window: Number(window) } : {}),
+      ...this.#simulation.request, kind: "motion", outputs: [across, up], ...(window ? { window: Number(window) } : {}),
     };
     const key = JSON.stringify(request);
     if (key === this.#asked) return;
     this.#asked = key;
-    const { requests, failed } = this.#session;
-    const onError = (sentence) => failed.announce({ kind: "motion", sentence });
-    failed.announce({ kind: "motion", sentence: null });
-    requests.ask(request, { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+    this.#session.ask(request, (answer) => this.#take(answer));
   }
 
   #take(answer) {
@@ -260,8 +256,7 @@ export class MotionPanel {
 
   #showChoices() {
     const { states, outputs, forced } = this.#session.model;
-    const options = [...states, ...outputs].map((item) =>
-      ({ value: item.name, text: axisTitle(item), title: item.doc }));
+    const options = [...states, ...outputs].map(optionOf);
     const each = forced ? "periods" : this.#motion?.frequency ? "rounds" : "intervals";
     const lasts = WINDOWS.map((count) => ({ value: String(count), text: `${count} ${each}` }));
     const unit = display(this.#quantity("across")).unit || "its unit";

@@ -32,29 +32,26 @@ function orbitPlots(onPhase) {
 }
 
 function timeSeries(onPhase) {
-  const plot = new SmallPlot("time", "Time series", { onPoint: (time) => onPhase(time / plot.length) });
-  return {
-    plot,
-    fits: () => true,
-    isBlank: isEquilibrium,
-    draw: (orbit) => {
-      const names = positions(orbit.answer);
-      drawOverTime(plot, orbit, names, orbit.answer.states);
-    },
-    point: (orbit, phase) => plot.point({ x: phase * plot.length }),
-  };
+  return overTime("time", "Time series", onPhase, positions, ({ states }) => states);
 }
 
 function forces(onPhase) {
-  const plot = new SmallPlot("forces", "Contact forces", {
-    onPoint: (time) => onPhase(time / plot.length),
-  });
+  return overTime("forces", "Contact forces", onPhase, () => ["N", "Fx", "Fy"], ({ outputs }) => outputs);
+}
+
+/**
+ * Quantities over time.
+ * @param {(answer: object) => string[]} names
+ * @param {(answer: object) => Record<string, number[]>} values
+ */
+function overTime(id, title, onPhase, names, values) {
+  const plot = new SmallPlot(id, title, { onPoint: (time) => onPhase(time / plot.length) });
   return {
     plot,
-    fits: ({ answer }) => ["N", "Fx", "Fy"].every((name) => name in answer.outputs),
+    fits: ({ answer }) => names(answer).every((name) => name in values(answer)),
     isBlank: isEquilibrium,
-    draw: (orbit) => drawOverTime(plot, orbit, ["N", "Fx", "Fy"], orbit.answer.outputs),
-    point: (orbit, phase) => plot.point({ x: phase * plot.length }),
+    draw: (orbit) => drawOverTime(plot, orbit, names(orbit.answer), values(orbit.answer)),
+    point: (_orbit, phase) => plot.point({ x: phase * plot.length }),
   };
 }
 
@@ -77,16 +74,25 @@ function drawOverTime(plot, { answer, quantity, isForced }, names, values) {
 }
 
 function phasePortrait() {
-  const plot = new SmallPlot("phase", "Phase portrait");
   const pair = ({ states }) => {
     const names = Object.keys(states);
     const rate = names.find((name) => name === `v${names[0]}`) ?? names[1] ?? names[0];
     return [names[0], rate];
   };
+  // Without a mechanism the phase plane is the stage itself.
+  return portrait(new SmallPlot("phase", "Phase portrait"), pair, ({ mechanism }) => mechanism !== null);
+}
+
+function path() {
+  const isPlanar = ({ states, mechanism }) => "x" in states && "y" in states && mechanism?.kind === "sliding";
+  return portrait(new SmallPlot("path", "Path of the tip", { isEqual: true }), () => ["x", "y"], isPlanar);
+}
+
+/** One state over another, with a dot at the start of each forcing period. */
+function portrait(plot, pair, fits) {
   return {
     plot,
-    // Without a mechanism the phase plane is the stage itself.
-    fits: ({ answer }) => answer.mechanism !== null,
+    fits: ({ answer }) => fits(answer),
     draw: ({ answer, quantity }) => {
       const [a, b] = pair(answer);
       const [x, y] = [answer.states[a], answer.states[b]];
@@ -98,24 +104,6 @@ function phasePortrait() {
       });
     },
     point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, pair(answer), phase)] }),
-  };
-}
-
-function path() {
-  const plot = new SmallPlot("path", "Path of the tip", { isEqual: true });
-  return {
-    plot,
-    fits: ({ answer }) => "x" in answer.states && "y" in answer.states && answer.mechanism?.kind === "sliding",
-    draw: ({ answer, quantity }) => {
-      const { x, y } = answer.states;
-      plot.draw({
-        x: { label: axisTitle(quantity("x")) },
-        y: { label: axisTitle(quantity("y")) },
-        lines: [{ x, y, tint: "tint-1" }],
-        dots: stroboscopic(answer).map((i) => ({ x: x[i], y: y[i], tint: "stroboscopic" })),
-      });
-    },
-    point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, ["x", "y"], phase)] }),
   };
 }
 

@@ -45,14 +45,11 @@ export class Regimes {
   }
 
   #begin() {
-    const { requests, failed, view } = this.#session;
     this.#clear();
     this.#of = this.#key();
     this.#showStatus("Simulating…", true);
-    const onError = (sentence, again) => failed.announce(
-      { kind: "regimes", sentence, again: again ? () => this.#begin() : null });
-    requests.ask({ ...planeRequest(view), kind: "regimes" },
-      { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+    const request = { ...planeRequest(this.#session.view), kind: "regimes" };
+    this.#session.ask(request, (answer) => this.#take(answer), () => this.#begin());
   }
 
   #take({ far, done, ...picture }) {

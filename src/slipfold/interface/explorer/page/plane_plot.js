@@ -4,9 +4,11 @@ import { escaped } from "./diagram_data.js";
 import { CheckedLine } from "./diagram_panel.js";
 import { button, element } from "./dom.js";
 import { PlaneLegend, PointCard, shadesOf } from "./plane_panel.js";
-import { CONFIG, labelPlaces, layout, mapping, padded, roundStep, snapped, withLegend } from "./plot_tools.js";
+import {
+  CONFIG, labelPlaces, mapLayout, mapping, onWhite, padded, pixelOf, redrawn, roundStep, snapped, withLegend,
+} from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
-import { colors, themeChanged, typeScale } from "./theme.js";
+import { colors, light, typeScale } from "./theme.js";
 import { inside } from "./view.js";
 
 const SHADES = { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" };
@@ -366,7 +368,7 @@ export class PlanePlot {
   #isOfAsked = false;
   #lines = new Map();
   #map = null;
-  #frame = 0;
+  #schedule = redrawn(this.node, () => this.#draw());
 
   constructor(session, regimes, simulation) {
     this.#session = session;
@@ -393,8 +395,6 @@ export class PlanePlot {
       if (view.plane !== before.plane) this.#schedule();
       this.#place();
     });
-    themeChanged.subscribe(() => this.#schedule());
-    new ResizeObserver(() => this.#schedule()).observe(this.node);
     this.node.addEventListener("pointerdown", (event) => this.#grab(event));
     this.node.addEventListener("pointermove", (event) => this.#describe(event));
     this.node.addEventListener("pointerleave", () => this.pointed.show(null));
@@ -403,22 +403,19 @@ export class PlanePlot {
 
   /** The figure as plotly's data and layout, for a file. */
   figure() {
-    const color = colors();
     const named = new Set();
-    const data = structuredClone(this.#canvas.data).map((trace) => {
+    const data = this.#traces(light).map((trace) => {
       const isNew = trace.mode === "lines" && !named.has(trace.name);
       if (isNew) named.add(trace.name);
       return { ...trace, showlegend: isNew };
     });
-    const shades = shadesOf(this.#shown, this.#regimes.picture, color).map(({ name, tint }) => ({
+    const shades = shadesOf(this.#shown, this.#regimes.picture, light).map(({ name, tint }) => ({
       type: "scatter", mode: "markers", x: [null], y: [null], name, showlegend: true,
-      marker: { symbol: "square", size: 12, color: tint },
+      marker: { symbol: "square", size: 12, color: tint, line: { color: light("rule"), width: 1 } },
     }));
     const sheet = withLegend(structuredClone(this.#canvas.layout), [...named, ...shades.map(({ name }) => name)]);
-    return {
-      data: [...data, ...shades],
-      layout: { ...sheet, paper_bgcolor: color("panel"), plot_bgcolor: color("panel") },
-    };
+    const annotations = sheet.annotations.map((text) => ({ ...text, font: { ...text.font, color: light("muted") } }));
+    return { data: [...data, ...shades], layout: { ...onWhite(sheet), annotations } };
   }
 
   #changed({ answer, stale = false, isSame = false, id, lines = [], loci }) {
@@ -434,14 +431,6 @@ export class PlanePlot {
     this.#isOfAsked = true;
     this.#shown = shown;
     this.#schedule();
-  }
-
-  #schedule() {
-    if (this.#frame) return;
-    this.#frame = requestAnimationFrame(() => {
-      this.#frame = 0;
-      this.#draw();
-    });
   }
 
   #axes() {
@@ -461,24 +450,25 @@ export class PlanePlot {
     };
     this.#map = mapping(size, range.x, range.y);
     const color = colors();
-    const sheet = layout(color, { title: escaped(axisTitle(x)), range: range.x },
+    const sheet = mapLayout(color, { title: escaped(axisTitle(x)), range: range.x },
       { title: escaped(axisTitle(y)), range: range.y }, size);
-    sheet.dragmode = false;
-    sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
-    sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
     const shown = this.#shown;
     const { picture } = this.#regimes;
     // Names of regions would lie on what motions do there.
     sheet.annotations = picture ? [] : regionNames(shown?.regions, color, [fx, fy], this.#map.frame);
-    const below = regimeTraces(picture, color, [fx, fy]);
-    const traces = shown
-      ? planeTraces(shown, color, [fx, fy], this.#labels(shown, fx, fy), below) : below;
-    window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
+    window.Plotly.react(this.#canvas, this.#traces(color), sheet, CONFIG);
     this.legend.show(shown, picture);
     this.checked.show(shown?.checked);
     this.#draft.hidden = !shown?.isDraft;
     this.node.dataset.loci = shown?.done ? shown.loci.length : 0;
     this.#place();
+  }
+
+  #traces(color) {
+    const { fx, fy } = this.#axes();
+    const below = regimeTraces(this.#regimes.picture, color, [fx, fy]);
+    const shown = this.#shown;
+    return shown ? planeTraces(shown, color, [fx, fy], this.#labels(shown, fx, fy), below) : below;
   }
 
   #labels(plane, fx, fy) {
@@ -501,9 +491,8 @@ export class PlanePlot {
     this.#point.setAttribute("aria-label", `Working point: ${text}. Arrow keys move it`);
   }
 
-  #describe({ clientX, clientY }) {
-    const box = this.node.getBoundingClientRect();
-    const pixel = [clientX - box.left, clientY - box.top];
+  #describe(event) {
+    const pixel = pixelOf(event, this.node);
     if (!this.#session.view.plane || !this.#map?.isInside(...pixel)) {
       this.pointed.show(null);
       return;
@@ -521,8 +510,7 @@ export class PlanePlot {
 
   #grab(event) {
     if (!this.#map || event.button !== 0 || !this.#session.view.plane) return;
-    const box = this.node.getBoundingClientRect();
-    const at = ({ clientX, clientY }) => [clientX - box.left, clientY - box.top];
+    const at = (moved) => pixelOf(moved, this.node);
     this.#card.hide();
     if (!this.#map.isInside(...at(event))) return;
     const { point } = event.target === this.#point ? {} : this.#meetAt(at(event));

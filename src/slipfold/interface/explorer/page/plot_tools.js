@@ -1,6 +1,6 @@
 /** What plots share: round steps, axes, the frame, where labels stand. */
 
-import { typeScale } from "./theme.js";
+import { light, themeChanged, typeScale } from "./theme.js";
 
 const MANTISSAS = [1, 2, 5, 10];
 
@@ -132,6 +132,45 @@ export const CONFIG = {
 };
 
 /**
+ * A function that draws at the next opportunity, once whatever number of times it was called: by itself
+ * for another theme, or another size of an element.
+ */
+export function redrawn(node, draw) {
+  let frame = 0;
+  const schedule = () => {
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      draw();
+    });
+  };
+  themeChanged.subscribe(schedule);
+  new ResizeObserver(schedule).observe(node);
+  return schedule;
+}
+
+/** Where the pointer is within an element, in pixels. */
+export function pixelOf({ clientX, clientY }, node) {
+  const { left, top } = node.getBoundingClientRect();
+  return [clientX - left, clientY - top];
+}
+
+/** A layout of a map, which is neither zoomed nor crossed by a grid. */
+export function mapLayout(color, x, y, size) {
+  const sheet = layout(color, x, y, size);
+  for (const ruler of [sheet.xaxis, sheet.yaxis]) Object.assign(ruler, { showgrid: false, fixedrange: true });
+  return { ...sheet, dragmode: false };
+}
+
+/** A layout for a file: on white. */
+export function onWhite(sheet) {
+  const rules = { gridcolor: light("grid"), linecolor: light("axis"), tickcolor: light("axis") };
+  return {
+    ...sheet, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff", font: { ...sheet.font, color: light("ink") },
+    xaxis: { ...sheet.xaxis, ...rules }, yaxis: { ...sheet.yaxis, ...rules },
+  };
+}
+
+/**
  * A layout in the page's style.
  * @param {(name: string) => string} color from `colors()`
  * @param {[number, number]} size in pixels
@@ -238,7 +277,7 @@ const CLOSE = 9;
 const HIDDEN = 0.2;
 
 /** Share of the plot's width from which a text is short. */
-const WIDE = 0.4;
+const WIDE = 0.3;
 
 /**
  * Choose a place for each text; the first choose first. Texts of markers that lie on each other

@@ -102,6 +102,11 @@ export function axisTitle(quantity) {
   return `${quantity.label ?? quantity.name}${unit ? ` (${unit})` : ""}`;
 }
 
+/** A quantity as an option of a choice. */
+export function optionOf(quantity) {
+  return { value: quantity.name, text: axisTitle(quantity), title: quantity.doc };
+}
+
 const QUANTITY =
   /^\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))(\s*[^0-9.,\s].*?|\s+1\/.*?|)\s*$/i;
 

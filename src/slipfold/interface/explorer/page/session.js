@@ -161,6 +161,23 @@ export class Session {
     this.#followPlane(false);
   }
 
+  /**
+   * Ask for what is computed on request, in place of what was asked of its kind before.
+   * @param {(() => void)|null} [again] asks once more where the answer fails
+   */
+  ask(request, onAnswer, again = null) {
+    const { kind } = request;
+    this.#fail(kind, null);
+    const onError = (sentence, mayAgain) => this.#fail(kind, sentence, mayAgain && again);
+    this.requests.ask(request, { onAnswer, onError }, { supersede: true });
+  }
+
+  /** Compute nothing more of a kind; what went wrong with it is forgotten. */
+  forget(kind) {
+    this.requests.cancel(kind);
+    this.#fail(kind, null);
+  }
+
   #follow({ view, before, live }) {
     if (view.model !== before.model) {
       this.#followed = null;

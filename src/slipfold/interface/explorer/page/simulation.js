@@ -8,7 +8,7 @@ import { asSentence, axisTitle, formatted, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { Signal } from "./store.js";
 import { SweepControl } from "./sweep.js";
-import { diagramRequest, exponentsRequest, partsOf, simulationRequest } from "./view.js";
+import { exponentsRequest, partsOf, simulationRequest, solutionOf, systemOf } from "./view.js";
 
 const PERIODS = 600;
 
@@ -104,8 +104,7 @@ export class Simulation {
   /** Forget it. */
   clear() {
     if (this.state.view === null) return;
-    this.#session.requests.cancel("simulation");
-    this.#session.failed.announce({ kind: "simulation", sentence: null });
+    this.#session.forget("simulation");
     this.state = nothing();
     this.changed.announce(this.state);
   }
@@ -134,11 +133,7 @@ export class Simulation {
   #ask(view, how) {
     this.#become({ isRunning: true, far: "", longer: null });
     this.request = simulationRequest(view, how);
-    const onAnswer = (answer) => this.#take(answer);
-    const onError = (sentence, again) => this.#session.failed.announce(
-      { kind: "simulation", sentence, again: again ? () => this.#ask(view, how) : null });
-    this.#session.failed.announce({ kind: "simulation", sentence: null });
-    this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
+    this.#session.ask(this.request, (answer) => this.#take(answer), () => this.#ask(view, how));
   }
 
   #take({ far, sections, done, verdict, last = null, longer = null, duration = null, contacts = null, settled = false, period = null }) {
@@ -180,12 +175,6 @@ export class Simulation {
     this.state = { ...this.state, ...changes };
     this.changed.announce(this.state);
   }
-}
-
-/** What a motion shown on the diagram belongs to: everything but the value at which it was started. */
-function systemOf(view) {
-  const { model, parameters, vary } = diagramRequest(view);
-  return JSON.stringify([model, parameters, vary]);
 }
 
 function nothing() {
@@ -248,20 +237,15 @@ export class Exponents {
   }
 
   #ask() {
-    const { requests, failed, view } = this.#session;
     this.#simulated = this.#simulation.request;
-    const request = exponentsRequest(view, this.#simulation.start);
+    const request = exponentsRequest(this.#session.view, this.#simulation.start);
     const onAnswer = (answer) => this.#show(answer.done ? this.#verdict(answer) : this.#progress(answer), !answer.done);
-    const onError = (sentence, again) => failed.announce(
-      { kind: "exponents", sentence, again: again ? () => this.#ask() : null });
-    failed.announce({ kind: "exponents", sentence: null });
     this.#show(["Following the motion and its perturbations…"], true);
-    requests.ask(request, { onAnswer, onError }, { supersede: true });
+    this.#session.ask(request, onAnswer, () => this.#ask());
   }
 
   #clear() {
-    this.#session.requests.cancel("exponents");
-    this.#session.failed.announce({ kind: "exponents", sentence: null });
+    this.#session.forget("exponents");
     this.#show([], false);
   }
 
@@ -298,11 +282,6 @@ function listed(exponents, errors = exponents.map(() => 0)) {
 function digitsOf(value, error) {
   if (error === 0) return 4;
   return Math.min(Math.max(Math.floor(Math.log10(Math.abs(value) / error)) + 1, 1), 4);
-}
-
-/** What the motion depends on. */
-function solutionOf({ model, parameters }) {
-  return JSON.stringify([model, parameters]);
 }
 
 const NUDGES = { "0.001": "0.1 %", "0.01": "1 %", "0.1": "10 %" };

@@ -231,7 +231,11 @@ function apart(range, width) {
   const fits = (values) => values.length * (Math.max(...labelsOf(values).map((label) => label.length)) + 1) * DIGIT <= width;
   let count = Math.max(width / 55, 3);
   let values = atLeastTwo(range, count);
-  while (values.length > 2 && !fits(values)) values = ticks(range, (count /= 1.3));
+  while (values.length > 2 && !fits(values)) {
+    const fewer = ticks(range, (count /= 1.3));
+    // One alone does not show the scale.
+    values = fewer.length > 1 ? fewer : [values[0], values.at(-1)];
+  }
   return values;
 }
 

@@ -1,7 +1,7 @@
 /** Vibrations as sound, through Web Audio. */
 
 import { Choice, button, element } from "./dom.js";
-import { axisTitle, formatted } from "./quantities.js";
+import { formatted, optionOf } from "./quantities.js";
 
 /** Seconds that a motion is heard which repeats, over which sound swells and fades, and its peak. */
 const HEARD = 3;
@@ -123,8 +123,7 @@ export class SoundControl {
   #become(output) {
     this.#output = output;
     const { states, outputs } = this.#session.model;
-    const options = [...states, ...outputs].map((item) => ({ value: item.name, text: axisTitle(item), title: item.doc }));
-    this.#choice.show(options, output);
+    this.#choice.show([...states, ...outputs].map(optionOf), output);
     this.#words.textContent = "";
   }
 
@@ -134,12 +133,8 @@ export class SoundControl {
   }
 
   #ask() {
-    const { requests, failed } = this.#session;
-    const { kind: _, ...solution } = this.#simulation.request;
-    const onError = (sentence) => failed.announce({ kind: "sound", sentence });
-    const onAnswer = (answer) => answer.done && this.#hear(answer);
-    failed.announce({ kind: "sound", sentence: null });
-    requests.ask({ kind: "sound", ...solution, output: this.#output }, { onAnswer, onError }, { supersede: true });
+    const request = { ...this.#simulation.request, kind: "sound", output: this.#output };
+    this.#session.ask(request, (answer) => answer.done && this.#hear(answer));
   }
 
   #hear(answer) {

@@ -2,10 +2,10 @@
 
 import { escaped } from "./diagram_data.js";
 import { Choice, element } from "./dom.js";
-import { CONFIG, layout, mapping, padded } from "./plot_tools.js";
-import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { CONFIG, mapLayout, mapping, onWhite, padded, pixelOf, redrawn } from "./plot_tools.js";
+import { axisTitle, display, formatted, optionOf, withUnit } from "./quantities.js";
 import { wrapped } from "./svg_file.js";
-import { LIGHT, colors, themeChanged } from "./theme.js";
+import { colors, themeChanged } from "./theme.js";
 import { initialView, inside } from "./view.js";
 
 /** Plasma, as in the package's figures. */
@@ -136,7 +136,7 @@ class StudyPlot {
   #number = -1;
   #boxes = [];
   #map = null;
-  #frame = 0;
+  #schedule = redrawn(this.node, () => this.#draw());
 
   /** @param {(number: number) => void} choose hears of the case that is to be opened */
   constructor(study, choose) {
@@ -144,8 +144,6 @@ class StudyPlot {
     this.#choose = choose;
     this.node.append(this.#canvas, this.#chosen, this.#hovered, this.#tip);
     this.node.setAttribute("aria-label", `${study.title}. Arrow keys open the case beside the one that is shown`);
-    themeChanged.subscribe(() => this.#schedule());
-    new ResizeObserver(() => this.#schedule()).observe(this.node);
     this.node.addEventListener("pointermove", (event) => this.#hover(this.#under(event)));
     this.node.addEventListener("pointerleave", () => this.#hover(null));
     this.node.addEventListener("click", (event) => this.#open(this.#under(event)));
@@ -175,28 +173,16 @@ class StudyPlot {
     const shown = { showscale: true, colorbar: bar };
     const isMap = trace.type === "heatmap";
     const withBar = isMap ? { ...trace, ...shown } : { ...trace, marker: { ...trace.marker, ...(y === null ? {} : shown) } };
-    const { margin, width, ...rest } = structuredClone(sheet);
-    for (const axis of [rest.xaxis, rest.yaxis]) {
-      Object.assign(axis, { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis });
-    }
+    const { margin, width, ...rest } = onWhite(structuredClone(sheet));
     const room = y === null ? 0 : BAR + (words ? LETTER * Math.max(0, ...words.map(({ text }) => text.length)) : 0);
     return {
       data: [withBar],
       layout: {
-        ...rest, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff", font: { ...rest.font, color: LIGHT.ink },
-        width: width + room, margin: { ...margin, r: margin.r + room, t: margin.t + TITLE },
+        ...rest, width: width + room, margin: { ...margin, r: margin.r + room, t: margin.t + TITLE },
         height: sheet.height + TITLE,
         title: { text: escaped(this.#study.title), font: { size: 13 }, x: 0.5 },
       },
     };
-  }
-
-  #schedule() {
-    if (this.#frame) return;
-    this.#frame = requestAnimationFrame(() => {
-      this.#frame = 0;
-      this.#draw();
-    });
   }
 
   #draw() {
@@ -209,11 +195,9 @@ class StudyPlot {
     const drawn = y === null ? this.#overOne(cases, color_of, color)
       : this.#study.isGrid ? this.#asMap(cases, color_of) : this.#asDots(cases, color_of, color);
     const titled = (name) => escaped(axisTitle(this.#study.parameter(name)));
-    const sheet = layout(color, { title: titled(x), range: drawn.x },
+    const sheet = mapLayout(color, { title: titled(x), range: drawn.x },
       { title: y === null ? escaped(axisTitle(quantity)) : titled(y), range: drawn.y }, size);
-    sheet.dragmode = false;
-    sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
-    if (y !== null) sheet.xaxis.showgrid = sheet.yaxis.showgrid = !this.#study.isGrid;
+    if (y === null || !this.#study.isGrid) sheet.xaxis.showgrid = sheet.yaxis.showgrid = true;
     if (y === null && color_of.words) {
       Object.assign(sheet.yaxis, {
         tickvals: color_of.words.map((_, i) => i), ticktext: color_of.words.map(({ text }) => escaped(text)),
@@ -299,8 +283,7 @@ class StudyPlot {
 
   #under(event) {
     if (!this.#map) return null;
-    const frame = this.node.getBoundingClientRect();
-    const [x, y] = [event.clientX - frame.left, event.clientY - frame.top];
+    const [x, y] = pixelOf(event, this.node);
     if (!this.#map.isInside(x, y)) return null;
     const away = ({ left, top, right, bottom }) =>
       Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
@@ -428,8 +411,8 @@ export class StudyPanel {
   #become(changes) {
     this.#picture = { ...this.#picture, ...changes };
     const { x, y, quantity } = this.#picture;
-    this.#quantity.show(this.#study.quantities.map(option), quantity.name);
-    this.#axes.forEach((choice, i) => choice.show(this.#study.parameters.map(option), [x, y][i]));
+    this.#quantity.show(this.#study.quantities.map(optionOf), quantity.name);
+    this.#axes.forEach((choice, i) => choice.show(this.#study.parameters.map(optionOf), [x, y][i]));
     this.#showFixed();
     this.#showLegend();
     this.#plot.show(this.#picture);
@@ -464,8 +447,4 @@ export class StudyPanel {
         element("span", { class: "meaning-of" }, quantity.doc));
     } else this.#legend.replaceChildren(element("span", {}, `There is no ${quantity.name} of these cases.`));
   }
-}
-
-function option(item) {
-  return { value: item.name, text: axisTitle(item), title: item.doc };
 }

@@ -46,17 +46,14 @@ export class Sweep {
    * @param {import("./view.js").Start|null} from
    */
   start(from = null) {
-    const { view, requests, failed } = this.#session;
+    const { view } = this.#session;
     this.runs = nothing();
     this.#clips = [];
     this.#key = keyOf(view);
     this.isRunning = true;
     this.request = sweepRequest(view, from);
     this.#report("Sweeping up…");
-    const onError = (sentence, again) => failed.announce(
-      { kind: "sweep", sentence, again: again ? () => this.start(from) : null });
-    failed.announce({ kind: "sweep", sentence: null });
-    requests.ask(this.request, { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+    this.#session.ask(this.request, (answer) => this.#take(answer), () => this.start(from));
   }
 
   /** Stop; what has come stays. */
@@ -67,8 +64,7 @@ export class Sweep {
 
   /** Forget it. */
   clear() {
-    this.#session.requests.cancel("sweep");
-    this.#session.failed.announce({ kind: "sweep", sentence: null });
+    this.#session.forget("sweep");
     this.runs = nothing();
     this.#clips = [];
     this.#key = "";

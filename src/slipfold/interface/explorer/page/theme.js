@@ -58,9 +58,15 @@ export function colors() {
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-/** Colors of figures that go into files. */
-export const LIGHT = {
-  ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
-  simulation: "#00695c", measurements: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
-  "pin-4": "#6400a7", "pin-5": "#4d7a86", "pin-6": "#8a6d1b",
-};
+/**
+ * A color of the light theme, for a file on white.
+ * @param {string} name in the style sheet
+ */
+export function light(name) {
+  const { dataset } = document.documentElement;
+  const { theme } = dataset;
+  dataset.theme = "light";
+  const found = colors()(name);
+  dataset.theme = theme;
+  return found;
+}

@@ -120,6 +120,16 @@ export function diagramRequest(view, parameters = view.parameters) {
   return { kind: "diagram", model, parameters: without(parameters, vary), vary, span, show, statistic, also };
 }
 
+/** What a diagram of a view depends on, but for what it shows: a motion on it belongs to that. */
+export function systemOf({ model, vary, parameters }) {
+  return JSON.stringify([model, vary, without(parameters, vary)]);
+}
+
+/** What a motion of a view depends on. */
+export function solutionOf({ model, parameters }) {
+  return JSON.stringify([model, parameters]);
+}
+
 /**
  * The request for a motion that is swept along the diagram of a view.
  * @param {Start|null} from the motion that is followed both ways; from end to end if null
