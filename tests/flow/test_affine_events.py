@@ -1,9 +1,11 @@
 """Events of solutions in closed form: none is passed over between samples."""
 
+from math import factorial
+
 import numpy as np
 import pytest
 
-from slipfold.flow.affine_events import _Watched
+from slipfold.flow.affine_events import ORDERS, VALUES, _enclosed, _Watched
 from slipfold.flow.affine_flow import AffineSolutions, Harmonics
 
 
@@ -49,3 +51,11 @@ def test_slip_that_has_just_begun_may_stop_between_two_samples(near):
     found = watched(1j * np.arange(1.0, 4.0), parts, powers[0] + powers[2] / 2).first(3.0)
     # An event counts as met 1e-14 beyond zero; the slope there is 4e-8 at least.
     assert found[1] == pytest.approx(np.arccos(a), abs=5e-7)
+
+
+def test_a_dip_that_no_derivative_at_its_ends_shows_is_enclosed():
+    # 1 - s^4 (1 - s)^4: in Bernstein's form the coefficient in the middle is 1 - 1/70.
+    flat = (ORDERS == 0).astype(float)
+    low, high = _enclosed(VALUES, flat, flat, float(factorial(8)))
+    assert low == pytest.approx([1, 1, 1, 1, 1 - 1 / 70, 1, 1, 1, 1], abs=1e-14)
+    assert high[4] == pytest.approx(1 + 1 / 70, abs=1e-14)
