@@ -84,3 +84,26 @@ def test_friction_that_depends_steeply_on_slip_is_judged_at_rest(monkeypatch):
     for beyond in np.linspace(1e-8, 1e-6, 12):
         end = sf.simulate(model.replace(f=at + beyond), 1, state).states[-1]
         assert np.abs(end - state).max() < 1e-6 * np.abs(state).max()
+
+
+def test_stiff_link_to_a_dry_contact_is_solved_in_closed_form():
+    """A contact of little mass, whose own motion decays 100,000 times in a second.
+
+    No explicit integrator follows it over a period. The link gives by 5e-6, which the structure
+    takes 5 ms to do when it turns: so long friction takes to turn over, without the link at once.
+    """
+
+    def shaken(M, C, K, names):
+        contact = sf.FrictionContact("a", sf.Coulomb(mu_k=1.0), load=0.25, Vd=0)
+        force = sf.HarmonicForce("a", F=0.5)
+        model = sf.Structure(M, C, K, names=names, contacts=contact, forcing=force, f=0.13)
+        return sf.periodic_orbit(model)
+
+    link = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    stiff = shaken(np.diag([1e-5, 1.0]), 100 * link + np.diag([0.0, 0.05]),
+                   1e5 * link + np.diag([0.0, 1.0]), "a b")  # fmt: skip
+    rigid = shaken([[1.00001]], [[0.05]], [[1.0]], "a")
+    assert stiff.stuck_fraction == pytest.approx(0.005 * 0.13, rel=0.1)
+    assert stiff.state[[0, 2]] == pytest.approx(rigid.state, abs=2e-3)
+    _, moved = stiff.output("a", 40)
+    assert np.roll(moved, 20) == pytest.approx(-moved, abs=1e-9)

@@ -31,7 +31,8 @@ from slipfold.flow.polynomials import StepPolynomials
 class EventSearch:
     """How the first event of a solution in closed form is found."""
 
-    many: int = 24  # fewer are followed from event to event in less time by an integrator
+    # Fewer are followed from event to event in less time by an integrator, unless they are stiff
+    many: int = 24
     # Radians of the fastest visible vibration between two samples of events: bounds between them
     # are off by 2e-6 of it
     turn: float = 1.2
@@ -106,6 +107,13 @@ GAUSS = gauss_points(8)
 """Points of a step for integrals of powers, which turn by 3.6: errors are 2e-14."""
 
 
+def pays(flow: Flow, constants: Constants) -> bool:
+    """Whether events in closed form take less time than an integrator, or this too many steps."""
+    if not isinstance(flow, AffineFlow):
+        return False
+    return flow.dimension >= SEARCH.many or flow.is_given_up(constants)
+
+
 class AffineEvents:
     """The events of a mode whose rates and event functions are affine."""
 
@@ -126,7 +134,7 @@ class AffineEvents:
         cls, flow: Flow, events: Sequence[SwitchingEvent], slopes: Callable[[], Slopes], count: int
     ) -> AffineEvents | None:
         """Return the events, None if they are not affine."""
-        if not isinstance(flow, AffineFlow) or flow.dimension < SEARCH.many:
+        if not isinstance(flow, AffineFlow):
             return None
         if any(event.scaled for event in events):
             return None

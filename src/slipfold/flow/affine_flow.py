@@ -27,7 +27,7 @@ from slipfold.models.quantities import Expression
 class AffineRules:
     """When rates are solved in closed form."""
 
-    states: int = 8  # fewer are linearized in less time by an integrator
+    states: int = 8  # fewer are linearized in less time by an integrator, unless they are stiff
     condition: float = 1e4  # of eigenvectors: four of sixteen digits
     first: int = 16  # phases at which forcing is sampled first
     most: int = 256  # the same at most: twice the highest harmonic of structures, and more
@@ -215,6 +215,21 @@ class AffineFlow(Flow):
         super().__init__(equations)
         self._eigen = dict[bytes, EigenBasis | None]()
         self._known: tuple[Constants | None, AffineSolutions | None] = None, None
+        self._stiff = set[bytes]()  # matrices for which the integrator took too many steps
+
+    def is_given_up(self, constants: Constants) -> bool:
+        """Whether an integrator took too many steps with the same rates of states before."""
+        return bool(self._stiff) and self._matrix(constants).tobytes() in self._stiff
+
+    def give_up(self, constants: Constants) -> None:
+        """Note that an integrator takes too many steps."""
+        self._stiff.add(self._matrix(constants).tobytes())
+
+    def _matrix(self, constants: Constants) -> Array:
+        """Return the rates of states a second, by states, shape (n, n)."""
+        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
+        n = self.dimension
+        return np.asarray(self.jacobians(np.zeros((1, n)), np.zeros(1), second)[0])
 
     def solutions(self, constants: Constants) -> AffineSolutions | None:
         """Return all solutions, None where no closed form has enough digits."""
@@ -224,12 +239,18 @@ class AffineFlow(Flow):
             self._known = constants, found
         return found
 
+    def _closed(self, constants: Constants) -> AffineSolutions | None:
+        """Return all solutions where they take less time than an integrator; None elsewhere."""
+        many = self.dimension >= AFFINE.states
+        if not many and (constants.values.ndim > 1 or not self.is_given_up(constants)):
+            return None
+        return self.solutions(constants)
+
     def _solve(self, constants: Constants) -> AffineSolutions | None:
         n = self.dimension
         if constants.values.ndim > 1:
             return None
-        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
-        matrix = self.jacobians(np.zeros((1, n)), np.zeros(1), second)[0]
+        matrix = self._matrix(constants)
         key = matrix.tobytes()
         if key not in self._eigen:
             while len(self._eigen) >= 4:  # a branch in the frequency needs one
@@ -248,11 +269,13 @@ class AffineFlow(Flow):
 
     def advance(self, states: Array, start: Array, end: Array, constants: Constants) -> Array:
         """Propagate states from one phase to another."""
+        if self._closed(constants) is None:
+            return super().advance(states, start, end, constants)
         return self.along(states, np.stack([start, end], axis=1), constants)[:, 1]
 
     def along(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Propagate states along phases of their own."""
-        found = self.solutions(constants)
+        found = self._closed(constants)
         if found is None:
             return super().along(states, phases, constants)
         begin = phases[:, 0]
@@ -263,7 +286,7 @@ class AffineFlow(Flow):
         self, state: Array, constants: Constants, grid: Array, *, patient: bool = True
     ) -> Array:
         """Propagate one state along a grid of phases."""
-        if self.solutions(constants) is None:
+        if self._closed(constants) is None:
             return super().trajectory(state, constants, grid, patient=patient)
         return self.along(state[None], grid[None], constants)[0]
 
@@ -271,7 +294,13 @@ class AffineFlow(Flow):
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array, Array]:
         """Propagate states and their derivatives from one phase to another."""
-        found = self.solutions(constants) if directions.ndim == 2 else None
+        varied = directions.ndim > 2 or constants.values.ndim > 1
+        if self.dimension < AFFINE.states and not (varied or self.is_given_up(constants)):
+            known = super().linearize(states, start, end, constants, directions)
+            if np.isfinite(known[1]).all() or not np.isfinite(states).all():
+                return known
+            self.give_up(constants)
+        found = None if varied else self.solutions(constants)
         pushed = None if found is None else self._pushes(constants, directions, found.units)
         if found is None or pushed is None:
             return super().linearize(states, start, end, constants, directions)
@@ -317,7 +346,7 @@ def _eigenvectors(matrix: Array) -> EigenBasis | None:
 
 
 def flow_of_rates(equations: Equations) -> Flow:
-    """Return the flow of equations, in closed form if they are affine and there are many."""
-    if equations.dimension < AFFINE.states or not is_affine(equations.field, equations):
+    """Return the flow of equations, in closed form if they are affine."""
+    if not is_affine(equations.field, equations):
         return Flow(equations)
     return AffineFlow(equations)

@@ -14,8 +14,8 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.affine_events import AffineEvents
-from slipfold.flow.affine_flow import flow_of_rates
+from slipfold.flow.affine_events import AffineEvents, pays
+from slipfold.flow.affine_flow import AffineFlow, flow_of_rates
 from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import ContactQuantities, ContactsNow
@@ -444,8 +444,19 @@ class HybridSystem:
         self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool = False
     ) -> SmoothPhase:
         """Integrate a state in a mode until the mode changes. Shapes: state (n,)."""
-        if exact := self._exactly(mode, state, begin, end, dense=dense):
-            return exact
+        part = self._exactly(mode, state, begin, end, dense=dense)
+        part = part or self._integrated(mode, state, begin, end, dense=dense)
+        if part.event is not None and part.event.ending is Ending.STIFF:
+            flow = self.flow.of(mode)
+            if isinstance(flow, AffineFlow) and not flow.is_given_up(self.constants):
+                flow.give_up(self.constants)
+                return self._exactly(mode, state, begin, end, dense=dense) or part
+        return part
+
+    def _integrated(
+        self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
+    ) -> SmoothPhase:
+        """Do so by an integrator."""
         ready = self.flow.ready(mode, self.constants, self.weights)
         ready.set_out(state, begin)
         if ready.compiled.slow is not None or dense:
@@ -459,9 +470,11 @@ class HybridSystem:
     def _exactly(
         self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
     ) -> SmoothPhase | None:
-        """Do so in closed form, None where there is none."""
+        """Do so in closed form, None where there is none, or where an integrator is quicker."""
         compiled = self.flow.mode(mode)
-        if compiled.exact is None or not np.isfinite(state).all():
+        if not pays(compiled.flow, self.constants) or compiled.exact is None:
+            return None
+        if not np.isfinite(state).all():
             return None
         found = compiled.exact.follow(state, begin, end, self.constants, self.weights)
         if found is None:
