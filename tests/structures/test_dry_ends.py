@@ -107,3 +107,17 @@ def test_stiff_link_to_a_dry_contact_is_solved_in_closed_form():
     assert stiff.state[[0, 2]] == pytest.approx(rigid.state, abs=2e-3)
     _, moved = stiff.output("a", 40)
     assert np.roll(moved, 20) == pytest.approx(-moved, abs=1e-9)
+
+
+def test_beside_a_change_that_rounding_decides_a_neighbor_is_checked():
+    """Stops that static friction only just holds last, or do not: the same state leads to both."""
+    law = sf.Coulomb(mu_s=0.4, mu_k=0.3)
+    model = sf.Structure(
+        np.diag([1.0, 0.2, 1.0]), sf.ProportionalDamping(alpha_M=0.05, beta_K=0.005),
+        [[40.0, -20.0, 0.0], [-20.0, 50.0, -30.0], [0.0, -30.0, 60.0]], names="x y z",
+        contacts=sf.FrictionContact("y", law, load=1.0, Vd=0.05),
+        forcing=sf.HarmonicForce("x", F=1.0), f=0.912,
+    )  # fmt: skip
+    diagram = sf.response(model, "f", (0.92, 0.91), settled=True)
+    assert "STICK" in [point.type for point in diagram.branches[0].special]
+    assert diagram.checked.agree

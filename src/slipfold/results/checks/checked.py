@@ -50,6 +50,7 @@ class CheckSettings:
     piece: float = 0.0125
     equilibrium: float = 0.1
     switched: float = 1.0
+    beside: float = 1e-6  # arclength from a change of contacts at which rounding meets it no more
     balanced: float = 1.0
     batched: float = 0.25  # work of a point that is followed with those of many other cases
     # The same of a threshold, of one whose whole response was followed, and of a map at least

@@ -17,7 +17,8 @@ from slipfold.bifurcations.branches.progress import branch_progress
 from slipfold.bifurcations.branches.solution_curve import OrbitSeries
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.flow.flow import flow_of
-from slipfold.flow.modes import MET, contacts_of
+from slipfold.flow.hybrid_flow import hybrid_system
+from slipfold.flow.modes import CONTACT, MET, contacts_of
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.check import rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
@@ -258,17 +259,27 @@ def _end(curve: OrbitSeries, index: int, word: str) -> Candidate:
 def _special(branch: Branch, point: SpecialPoint) -> Candidate:
     name = f"{point.type} of branch {branch.id} at {_at(branch, point.value)}"
     planar = any(len(each.slip) == 2 for each in contacts_of(branch.model))
-    if not (point.type == "GRAZE" and planar):
+    vanishes = point.type == "GRAZE" and planar
+    if not (vanishes or (point.type in CONTACT_TYPES and _holds_more(point.orbit))):
         return Candidate(name, point.orbit, branch.kind == "equilibrium")
     # Slip that vanishes at a graze in the plane has no direction, so nothing propagates a
     # trajectory through it, and stops that only just happen change as square roots, which
     # differences cannot resolve: a neighbor is checked, one that always slips if there is one.
+    # So it is where rounding decides whether static friction holds a contact for a time.
     away = np.abs(branch.arclength - point.arclength)
-    if branch.stuck_fraction is not None and not (branch.stuck_fraction > 0).all():
+    if not vanishes:
+        away[away < CHECKS.beside] = np.inf
+    elif branch.stuck_fraction is not None and not (branch.stuck_fraction > 0).all():
         away[branch.stuck_fraction > 0] = np.inf
     index = int(away.argmin())
     place = _at(branch, branch.parameter[index])
     return Candidate(f"orbit near {name}, at {place},", branch.orbit(index), False)
+
+
+def _holds_more(orbit: PeriodicOrbit) -> bool:
+    """Whether contacts have more static friction than kinetic."""
+    now = hybrid_system(orbit.model, orbit.state).at(orbit.state, 0.0)
+    return bool((np.array(now.holding) > (1 + CONTACT.slack) * np.array(now.starting)).any())
 
 
 def _at(curve: OrbitSeries, values: Any) -> str:
