@@ -42,6 +42,7 @@ class Solved:
         return np.asarray(self.failures == "")
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows diverges
 def correct_many(steps: Callable[[Indices, Array], Array], guesses: Array, rule: Rule) -> Solved:
     """Take Newton steps in many systems of equations until each has converged or failed.
 

@@ -159,3 +159,14 @@ def test_folds_are_drawn_once_from_where_a_pitchfork_turns_soft():
     mu, b = folds.values.T
     assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)
     assert (np.diff(b) > 0).all()
+
+
+def test_extrema_of_a_circle_of_branch_points_are_its_own():
+    states = {"x": "x*(1 - p^2 - q^2 + q*x^2 - x^4)"}
+    point = branch_point(System(parameters={"p": -2.0, "q": 0.1}, states=states), "p", (-2, 0))
+    (curve,) = locus(point, ("p", "q"), ((-2, 2), (-1.5, 1.5)), switch=False).loci
+    extrema = [item for item in curve.special if item.type in ("MIN", "MAX")]
+    places = np.array([item.values for item in extrema])
+    assert sorted(np.abs(np.round(places)).tolist()) == [[0, 1], [0, 1], [1, 0], [1, 0]]
+    bounds = 3 * np.array([item.uncertainty for item in extrema])
+    assert (np.abs(places - np.round(places)) < bounds).all()

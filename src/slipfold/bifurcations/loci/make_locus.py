@@ -11,8 +11,8 @@ import numpy as np
 from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.make_branch import curve_fields, evenly, point_fields
 from slipfold.bifurcations.loci.locus import Locus, LocusPoint
-from slipfold.bifurcations.loci.locus_equations import LocusEquations
-from slipfold.bifurcations.loci.special_points import tests_of
+from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
+from slipfold.bifurcations.loci.special_points import STANDING_STILL, tests_of
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, TracedCurve
@@ -113,10 +113,12 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     if isinstance(found, Happened):
         along = found.distance_from(again)
     else:
+        tests = tests_of(found.type, point.tests)
         change = max(
-            abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
-            for test in tests_of(found.type, point.tests)
+            abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
         )
+        if set(tests) <= set(STANDING_STILL):  # less of a slope counts as none
+            change = max(change, RULES.no_slope)
         along = change / max(abs(found.slope), 1e-300)
     moved = np.abs(again.z[-2:] - point.z[-2:]) + along * np.abs(point.tangent[-2:])
     moved = moved * curve.orbits.widths
