@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold import read_measurement
+from slipfold import InputError, read_measurement
 from slipfold.parameter_space.measurement import csv_of
 
 MODEL = sf.SlidingOscillator()
@@ -36,10 +36,14 @@ def test_what_is_written_is_read_back_to_the_last_digit(tmp_path):
         "f [Hz],max y,min x,error of max y,sweep\n"
         "12.1,0.1,-0.2,1e-3,\n12.3,0.30000000000000004,,2e-3,up\n",
     )
-    again = read(tmp_path, csv_of(first, ["a remark"]))
-    for name in ("values", "measured", "errors"):
-        assert np.array_equal(getattr(first, name), getattr(again, name), equal_nan=True)
-    assert (first.quantities, first.sweep) == (again.quantities, again.sweep)
+    first.to_csv(tmp_path / "written.csv")
+    remarked = read(tmp_path, csv_of(first, ["a remark"]))
+    for again in (remarked, read_measurement(tmp_path / "written.csv", MODEL)):
+        for name in ("values", "measured", "errors"):
+            assert np.array_equal(getattr(first, name), getattr(again, name), equal_nan=True)
+        assert (first.quantities, first.sweep) == (again.quantities, again.sweep)
+    with pytest.raises(InputError, match=r"cannot be written \(is a directory\); give another"):
+        first.to_csv(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -150,25 +150,13 @@ def rotation_of(states: Array, scales: Array, angle_periods: Array) -> Rotation 
 
 def _lines(signal: Array) -> Array:
     """Return the frequencies of the strongest lines in revolutions per period."""
-    from scipy.optimize import minimize_scalar
-
     count = len(signal)
     weights, times = bump(count)[:, None], np.arange(count)
     rest, result, strongest = signal - bump(count) @ signal, list[float](), 0.0
     for _ in range(EXPONENTS.lines):
-        weighted = weights * rest
-        power = (np.abs(np.fft.rfft(weighted, axis=0)) ** 2).sum(axis=1)
-        coarse = power[1:].argmax() + 1
-
-        def missed(turns: float, weighted: Array = weighted) -> float:
-            wave = np.exp(-2j * np.pi * turns * times)
-            return -float((np.abs(wave @ weighted) ** 2).sum())
-
-        ends = (coarse - 1) / count, min((coarse + 1) / count, 0.5)
-        best = minimize_scalar(missed, bounds=ends, method="bounded", options={"xatol": 1e-12})
-        line = _refined(best.x, weighted, ends)
+        line = _strongest(weights * rest)
         wave = np.exp(2j * np.pi * line * times)
-        amplitude = wave.conj() @ weighted
+        amplitude = wave.conj() @ (weights * rest)
         factor = 1.0 if 0.5 - line < 1 / count else 2.0
         rest = rest - factor * np.real(wave[:, None] * amplitude)
         strongest = max(strongest, float(np.abs(amplitude).max()))
@@ -178,17 +166,20 @@ def _lines(signal: Array) -> Array:
     return np.array(result)
 
 
-def _refined(line: float, weighted: Array, ends: tuple[float, float]) -> float:
-    """Return where the power of a line has no slope: its values show the maximum to 1e-8 only."""
-    moments = 2j * np.pi * (np.arange(len(weighted)) - len(weighted) / 2)
-    for _ in range(2):
-        waves = np.exp(-moments * line) * np.stack([moments**order for order in range(3)])
-        value, slope, bend = waves @ weighted
-        first = -np.vdot(value, slope).real
+def _strongest(weighted: Array) -> float:
+    """Return the frequency of the largest power: where its slope vanishes, by Newton's method."""
+    finer, count = 2, len(weighted)
+    power = (np.abs(np.fft.rfft(weighted, finer * count, axis=0)) ** 2).sum(axis=1)
+    line = (power[finer:].argmax() + finer) / (finer * count)
+    low, high = line - 1 / count, min(line + 1 / count, 0.5)
+    moments = 2j * np.pi * (np.arange(count) - count / 2)
+    for _ in range(4):
+        waved = np.exp(-moments * line)[:, None] * weighted
+        value, slope, bend = waved.sum(axis=0), moments @ waved, moments**2 @ waved
         second = (np.vdot(slope, slope) + np.vdot(value, bend)).real
         if not second < 0:
             break
-        line = float(np.clip(line - first / second, *ends))
+        line = float(np.clip(line + np.vdot(value, slope).real / second, low, high))
     return line
 
 

@@ -160,6 +160,25 @@ class Measurement(OneLine, ReadOnly):
             sweep=tuple(np.array(self.sweep, dtype=object)[rows]),
         )
 
+    def to_csv(self, path: str | Path) -> None:
+        """Write it as `slipfold.read_measurement` reads it.
+
+        Parameters
+        ----------
+        path
+            The file.
+
+        Raises
+        ------
+        InputError
+            If it cannot be written.
+        """
+        try:
+            Path(path).write_text(csv_of(self), encoding="utf-8")
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(f"{path} cannot be written ({reason}); give another place") from error
+
     def _line(self) -> str:
         ends = f"{number_text(self.values.min())} to {number_text(self.values.max())} {self.unit}"
         what = ", ".join(map(str, self.quantities))
