@@ -257,6 +257,27 @@ def test_a_response_in_twenty_modes():
     np.testing.assert_allclose(orbit.state, branch.nodes[3, 0], atol=1e-8)
 
 
+def test_the_first_mesh_shows_no_bifurcation():
+    """Steel, 300 mm long, held at 90 mm by friction that is steep: the first mesh is too coarse."""
+    h, bend = 0.03, 14.0 / 0.03**3
+    bent = np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                     [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
+    stiffness = np.zeros((22, 22))
+    for first in range(0, 20, 2):
+        stiffness[first : first + 4, first : first + 4] += bend * bent
+    law = sf.Regularized(sf.Coulomb(mu_k=0.3), e=2e-4)
+    steel = sf.Structure(
+        np.diag(np.tile([1.57 * h, 1.57 * h**3 / 12], 10)), sf.ModalDamping(0.005),
+        stiffness[2:, 2:], names=[f"{kind}{node}" for node in range(1, 11) for kind in "wr"],
+        reduction=sf.FreeInterface(modes=4), forcing=sf.HarmonicForce("w10", F=0.1),
+        contacts=sf.FrictionContact("w3", law, load=7, Vd=0),
+    )  # fmt: skip
+    (branch,) = sf.response(steel, "f", (14, 15)).branches
+    assert branch.stable.all()
+    assert not branch.special
+    assert branch.multiplier_uncertainty.max() < 1e-5
+
+
 SKEW = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]])
 MASS = np.eye(3) + 0.1 * np.abs(SKEW)
 GIVEN = {

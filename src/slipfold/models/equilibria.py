@@ -21,7 +21,7 @@ def check_followed(model: Model) -> None:
         except InputError as error:
             raise InputError(
                 f"{error} unless it is simulated; without forcing a contact that rests would stick "
-                "for ever: give a law such as Regularized"
+                "for ever: give a law such as Jenkins or Regularized"
             ) from None
     for name in model.resting:
         raise InputError(

@@ -62,9 +62,10 @@ def balanced_mode(model: NonlinearMode, number: int) -> Balanced:
     values = np.linalg.eigvals(own)
     vibrating = sorted(values[values.imag > 0].tolist(), key=abs)
     if number > len(vibrating):
+        most = f"give at most {len(vibrating)}" if vibrating else "raise e of a Regularized law"
         raise InputError(
-            f"mode = {number}, but {model.name} has {len(vibrating)} that vibrate; give at "
-            f"most {len(vibrating)}"
+            f"mode = {number}, but {model.name} has {len(vibrating)} that vibrate about rest "
+            f"with less than critical damping; {most}"
         )
     value, xi = vibrating[number - 1], 0.0
     for _ in range(RULES.steps):
