@@ -171,7 +171,6 @@ def uncertainty(
         drawn,
         index_design,
         indices_of,
-        names_of,
         thresholds_at,
     )
     from slipfold.results.uncertainty import ThresholdUncertainty
@@ -181,13 +180,14 @@ def uncertainty(
     known = _distributions(point, distributions)
     parameter = model.parameter(point.vary)
     levels = tuple(_load(value, parameter) for value in loads)
-    matrix = parse_correlation(correlation, names_of(known))
+    names = tuple(item.name for item in known)
+    matrix = parse_correlation(correlation, names)
     if indices and not np.array_equal(matrix, np.eye(len(known))):
         raise InputError(
             "Sobol indices are of independent parameters; leave out correlation or indices"
         )
     started = perf_counter()
-    placed = ParameterizedPoint.at(point, tuple(item.name for item in known))
+    placed = ParameterizedPoint.at(point, names)
     draws = drawn("sobol", samples, seed, known, correlation=matrix)
     more = index_design(known, samples, seed) if indices else np.empty((0, len(known)))
     total = len(draws) + len(more)
@@ -199,7 +199,7 @@ def uncertainty(
     result, reasons = thresholds_at(placed, np.concatenate([draws, more]), send)
     missing, sobol = _missing(reasons[samples:]), None
     if indices and not missing:
-        sobol = indices_of(result[samples:], names_of(known), seed)
+        sobol = indices_of(result[samples:], names, seed)
     return ThresholdUncertainty(
         model=model,
         type=point.type,

@@ -146,11 +146,6 @@ def _estimates(rows: Array) -> Array:
     return np.array([alone, 0.5 * np.mean((first - crossed) ** 2, axis=0)]) / variance
 
 
-def names_of(distributions: Sequence[Distribution]) -> tuple[str, ...]:
-    """Return which parameters are uncertain."""
-    return tuple(item.name for item in distributions)
-
-
 INTERRUPTED = "interrupted before this sample was reached"
 
 
