@@ -9,7 +9,7 @@ from helpers.command_line import run
 from slipfold import Distribution
 from slipfold.parameter_space.distributions import parse_distribution
 from slipfold.parameter_space.optimum import NoSolutionError, ParameterizedPoint
-from slipfold.parameter_space.sampling import drawn, index_design, indices_of, names_of
+from slipfold.parameter_space.sampling import drawn, index_design, indices_of
 
 SMALL = {"Vd": "normal 0.2%", "alpha": "uniform 0.2deg", "mu": "normal 0.002"}
 
@@ -71,7 +71,9 @@ def test_a_point_that_vanishes_is_lost(sliding):
 
 def indices(function, distributions, count):
     """Sobol's indices of a function of uncertain parameters."""
-    return indices_of(function(index_design(distributions, count, 0)), names_of(distributions), 0)
+    return indices_of(
+        function(index_design(distributions, count, 0)), [item.name for item in distributions], 0
+    )
 
 
 def test_indices_of_the_ishigami_function():
