@@ -191,6 +191,15 @@ def test_cubics_and_quintics_have_all_their_folds(halves, largest, height):
     assert trail.end.kind == "window"
 
 
+def test_a_point_before_a_turn_is_not_what_turns_there():
+    curve = Directed([0.0, -1.0, 0.0, 1.0])
+    trail = bounded(curve, [Zeros(curve)])
+    first, *others = trail.found
+    before = replace(first.point, z=first.point.z - np.array([0.0, 1.0]))
+    assert unexplained_reversal(trail) is None
+    assert unexplained_reversal(replace(trail, found=[replace(first, point=before), *others]))
+
+
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(places)
 def test_a_fold_that_is_not_listed_is_a_contradiction(halves):

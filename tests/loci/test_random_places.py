@@ -47,11 +47,11 @@ def test_places_in_the_plane_of_speed_and_force():
 
 
 LARGE = {
-    ("f", "Nd"): 800,
-    ("Vd", "Nd"): 400,
-    ("alpha", "Nd"): 500,
-    ("mu", "Nd"): 400,
-    ("Ns", "Nd"): 380,
+    ("f", "Nd"): 600,
+    ("Vd", "Nd"): 350,
+    ("alpha", "Nd"): 300,
+    ("mu", "Nd"): 320,
+    ("Ns", "Nd"): 330,
 }
 
 

@@ -1,12 +1,14 @@
 """Fits: known truth comes back, with the errors that closed forms give."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
 import slipfold as sf
+from slipfold.parameter_space import least_squares
 
 DUFFING = sf.built_in_models()["duffing"]
 LINEAR = DUFFING(g=0.0, W=1.0, d=0.1)
@@ -283,3 +285,12 @@ def test_measurements_in_another_unit_are_farther_from_the_model_than_from_their
     assert "lie farther from the model than from their own means; check their units" in (
         found.message
     )
+
+
+def test_a_round_that_explains_less_is_not_the_result(monkeypatch):
+    given = [SimpleNamespace(scale=1.0, cost=lambda scale, cost=cost: cost) for cost in (2, 1, 5)]
+    start, *rounds = given
+    found = iter(rounds)
+    held = SimpleNamespace(model=None, measured=SimpleNamespace(explained=lambda *_: next(found)))
+    monkeypatch.setattr(least_squares, "closest", lambda *_: held)
+    assert least_squares.best_of_rounds(start, ()) == (rounds[0], 1.0, True)
