@@ -228,7 +228,8 @@ class _Search:
             if item.state == "stick" and item.begin <= last - 1 and item.end >= last:
                 raise InputError(
                     f"the contact {item.contact} of {model.name} sticks for good, so it may rest "
-                    "anywhere in a range and no orbit stands alone; begin where it slips"
+                    "anywhere in a range and no orbit stands alone; begin where it slips, or put "
+                    "a stiff spring in its place: what it holds so vibrates as without friction"
                 )
         model, node = motion.model, motion.states[-1]
         if settlement.duration is not None and not forced:
