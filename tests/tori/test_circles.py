@@ -1,14 +1,17 @@
 """Tori against closed forms, published values and long simulations."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import slipfold as sf
 from slipfold import Steps
 from slipfold.bifurcations.tori.circles import resampled, slopes, tail, turned, turning
-from slipfold.bifurcations.tori.follow import follow_tori, resonances_passed
+from slipfold.bifurcations.tori.follow import _Resolved, follow_tori, resonances_passed
 from slipfold.bifurcations.tori.start import first_circle
 from slipfold.bifurcations.tori.surface import growth_across, surface_of
+from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.settings import Stepping
 
 TWO_FREQUENCIES = """
@@ -129,3 +132,13 @@ def test_tori_go_on_beyond_an_interval_in_which_they_are_locked():
     orbit = sf.periodic_orbit(inside, period=22, state=sf.simulate(inside, 6000).states[-1])
     assert orbit.stable
     assert np.ptp(sf.simulate(inside, 22, orbit.state).states[:22:2], axis=0).max() > 0.1
+
+
+def test_a_step_from_a_circle_onto_the_orbit_is_not_taken():
+    # The orbit solves the equations of circles at any rotation number.
+    circles = SimpleNamespace(
+        states=lambda size: size * np.eye(2), model=SimpleNamespace(state_scales=lambda: np.ones(2))
+    )
+    before, point = (SimpleNamespace(curve=circles, z=size) for size in (1.0, 0.0))
+    with pytest.raises(LostCurveError, match="shrinks to a periodic orbit within a step"):
+        _Resolved().watch(SimpleNamespace(before=before, point=point))
