@@ -101,6 +101,13 @@ def difference(orbit):
     return orbit_difference(orbit, pieces_of(orbit))
 
 
+def test_what_only_coarse_pieces_miss_is_no_difference(orbit, monkeypatch):
+    (right,) = checks._differences([orbit], [pieces_of(orbit)], np.zeros(len(orbit.state)))
+    answers = iter([[right._replace(states=Difference(1e-6))], [right]])
+    monkeypatch.setattr(checks, "_differences", lambda *_: next(answers))
+    assert difference(orbit).excess < 1
+
+
 def test_an_orbit_beside_the_right_one_does_not(orbit):
     scales = orbit.model.state_scales()
     beside = replace(orbit, nodes=orbit.nodes + 1e-6 * scales * np.arange(1, len(scales) + 1))
