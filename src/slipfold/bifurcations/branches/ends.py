@@ -77,7 +77,7 @@ class BranchEndings(Endings[OrbitPoint]):
         On which side of a bifurcation at that very value the last orbit lies is rounding. Where
         several pairs are critical, nothing damps, and which of them crosses is not defined.
         """
-        if len(traced.points) > 1 and in_family(traced.points):  # it begins on that end, too
+        if _is_line(traced):
             return family_end(traced.curve, traced.points)
         *_, before, last = [*traced.points[-1:], *traced.points[-2:]]
         crossing = is_off_circle(before) and not is_off_circle(last)
@@ -90,6 +90,8 @@ class BranchEndings(Endings[OrbitPoint]):
         orbits = traced.curve
         if failure.kind == "failed" and self._put_on_edge(traced):
             return span_end(orbits, traced.points[-1])
+        if _is_line(traced):
+            return family_end(orbits, traced.points)
         last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
         critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
@@ -119,6 +121,12 @@ class BranchEndings(Endings[OrbitPoint]):
         value = traced.curve.value(traced.points[-1].z)
         reason = f"interrupted at {traced.curve.vary} = {value:.6g}; results up to there are kept"
         return End("interrupted", reason, (value,))
+
+
+def _is_line(traced: TracedCurve[OrbitPoint]) -> bool:
+    """Whether all equilibria of a branch have one value, as on a line of them at a span's end."""
+    still = len(traced.points) > 1 and traced.curve.kind == "equilibrium"
+    return still and in_family(traced.points)
 
 
 def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
