@@ -116,6 +116,7 @@ def test_ridge_of_equilibria():
     (locus,) = ridge(model, "p", (0.2, 3), ("p", "q"), window).loci
     assert locus.values[:, 0] == pytest.approx(np.sqrt(locus.values[:, 1]), abs=1e-10)
     assert locus.measured == pytest.approx(0.5 / locus.values[:, 0], abs=1e-10)
+    assert not peaks(model, "p", (0.2, 3), "x", "harmonic")  # of rest it is zero
 
 
 def test_ridge_of_orbits_that_stick():

@@ -211,7 +211,8 @@ class _Along:
                 turned = 2 / len(values) * np.exp(-2j * np.pi * phases)
                 part = turned @ values
                 size = float(abs(part))
-                weights = (np.conj(part) * turned).real / (size or 1.0)
+                vibrates = size > SEARCH.change * np.abs(values).max()  # else it is rounding
+                weights = (np.conj(part) * turned).real * (vibrates / (size or 1.0))
             settled = not smooth or abs(size - before) <= SEARCH.change * np.abs(values).max()
             if settled or count >= SEARCH.most:
                 return size, phases, weights
