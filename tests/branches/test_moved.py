@@ -57,7 +57,8 @@ def test_lines_lie_on_those_that_are_followed(both):
     for ours, theirs in zip(*both, strict=True):
         line = polyline(theirs)
         size = np.ptp(line, axis=0)
-        assert distances(polyline(ours) / size, line / size).max() < 5e-4
+        # As far as lines through few points lie off the curve (tests/lines/test_of_branches.py).
+        assert distances(polyline(ours) / size, line / size).max() < 1e-3
 
 
 def test_every_point_is_an_orbit_with_its_multipliers(both):
