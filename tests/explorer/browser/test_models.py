@@ -53,6 +53,7 @@ def test_every_model_goes_through_every_panel(explorer, name):
         expect(page.locator(f"{PLANE} .xtitle")).to_be_visible()
         page.wait_for_function(UNDER_WAY, arg=[".progress span", "Computing the bifurcation set…"])
         assert alert.all_inner_texts() == []
+        leave(page, "plane", ["Picture, SVG"])
         plane.click()
     expect(page.locator(PLANE)).to_be_hidden()
     assert alert.all_inner_texts() == []
@@ -72,26 +73,34 @@ def test_every_model_goes_through_every_panel(explorer, name):
     assert alert.all_inner_texts() == []
 
 
-def leave(page, panel):
-    """Take every way out of a panel."""
+FILES_OF = ("Picture, PNG", "Picture, SVG", "CSV", "netCDF")
+
+
+def leave(page, panel, files=FILES_OF):
+    """Take every way out of a panel, with some of its files."""
     menu = page.locator(f"#{panel} .menu")
 
     def choose(item):
         page.get_by_label(f"Export the {panel}").first.click()
         menu.get_by_text(item, exact=True).click()
 
-    for item in ("Picture, PNG", "Picture, SVG", "CSV", "netCDF"):
+    for item in files:
         with page.expect_download() as waiting:
             choose(item)
         assert waiting.value.path().stat().st_size > 100
     for item in ("Copy as Python", *(["Copy as TOML"] if panel != "orbit" else [])):
         choose(item)
-        dialog = page.locator(".text-dialog")
-        expect(dialog).to_be_visible()
-        text = dialog.locator("pre").inner_text()
-        if item == "Copy as Python":
-            compile(text, "copied.py", "exec")
-        dialog.get_by_role("button", name="Close").click()
+        copied(page, item)
+
+
+def copied(page, item):
+    """Read what was copied, and close its dialog."""
+    dialog = page.locator(".text-dialog")
+    expect(dialog).to_be_visible()
+    text = dialog.locator("pre").inner_text()
+    if item == "Copy as Python":
+        compile(text, "copied.py", "exec")
+    dialog.get_by_role("button", name="Close").click()
 
 
 def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):

@@ -142,9 +142,10 @@ def _beyond(branch: Branch) -> dict[str, Any] | None:
     None where its last two points do not determine where that is.
     """
     away = float(branch.parameter[-1] - branch.parameter[-2]) if len(branch) > 1 else 0.0
-    if away == 0.0:
+    known = np.flatnonzero(np.isfinite(branch.states).all(axis=1))
+    if away == 0.0 or not len(known):
         return None
-    state = branch.orbit(len(branch) - 1).state
+    state = branch.states[known[-1]]  # a mesh may leave the last one without states
     names = [item.name for item in branch.model.states]
     return {
         "direction": math.copysign(1.0, away),
