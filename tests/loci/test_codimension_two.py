@@ -332,7 +332,7 @@ def test_folds_of_cycles_start_at_a_generalized_hopf_point_of_any_scale(monkeypa
         return fan.follow_fan(plane, counts) if still else iter(())
 
     monkeypatch.setattr(bifurcation_set, "follow_fan", of_equilibria)
-    monkeypatch.setattr(bifurcation_set, "follow_settled", lambda plane: iter(()))
+    monkeypatch.setattr(bifurcation_set, "follow_settled", lambda *given: iter(()))
     model = sf.System(
         parameters={"E0": -2.0, "J": 3.07},
         formulas={"S": "1.5*log(1 + exp((J*u*x*E + E0)/1.5))"},
