@@ -167,7 +167,8 @@ def test_a_step_that_fails_beside_an_unobservable_multiplier_is_no_failure(
     monkeypatch.setattr(ends, "_explained", lambda *given: ("failed", "the step fell"))
     monkeypatch.setattr(ends.BranchEndings, "_put_on_edge", lambda self, traced: False)
     last = SimpleNamespace(multipliers=np.array([largest, 1.0, 0.1]), z=np.zeros(1))
-    orbits = SimpleNamespace(place=lambda z: (0.5,), by=SimpleNamespace(smooth=True))
+    by = SimpleNamespace(smooth=True)
+    orbits = SimpleNamespace(kind="cycle", place=lambda z: (0.5,), by=by)
     traced = SimpleNamespace(curve=orbits, points=[last, last])
     end = ends.BranchEndings((0, 1), None).failed(traced, SimpleNamespace(kind="failed"))
     assert end.kind == kind
