@@ -40,7 +40,7 @@ def test_a_public_address_is_said_to_be_one(started):
     [
         (
             ["--port", "70000"],
-            "--port 70000 is not a whole number from 0 to 65535; give e.g. --port 4",
+            "--port 70000 is not a whole number from 0 to 65535; give one",
         ),
         (["--port", "x"], "--port x is not a whole number"),
         (["--workers", "0"], "--workers 0 is not a whole number from 1 to 64"),

@@ -153,6 +153,16 @@ def test_chaos_and_both_states_of_rest_of_lorenz():
     assert np.all(found.labels > 0)
 
 
+@pytest.mark.parametrize("force", [0.0, 0.3])
+def test_where_volumes_are_preserved_nothing_attracts_and_it_is_said(force):
+    model = sf.built_in_models()["duffing"](d=0, F=force)
+    found = sf.attractors(model, {"q": (-1, 1), "v": (-1, 1)}, starts=4, periods=64)
+    assert (len(found), found.labels.tolist()) == (0, [0] * 4)
+    assert "4 undecided; the model preserves volumes of states, so nothing attracts" in str(
+        found.summary()
+    )
+
+
 def test_rest_and_a_cycle_that_coexist():
     found = sf.attractors(system(HARD), {"x": (-2, 2), "y": (-2, 2)}, starts=48)
     assert kinds(found) == [("cycle", 0), ("equilibrium", 0)]

@@ -161,6 +161,16 @@ def test_classes_follow_from_exponents(exponents, error, seconds, kind):
     assert classify(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
 
 
+@pytest.mark.parametrize("periods", [400, 1600])
+def test_linear_growth_between_tori_is_not_chaos(periods):
+    # The logarithm of the growth is that of the time, as the frequency depends on the amplitude.
+    model = MODELS["duffing"](d=0, F=0)
+    found = sf.lyapunov(model, periods, {"q": 0.5})
+    assert found.exponents[0] > 0.5 / periods
+    assert found.errors[0] > 0.5 * found.exponents[0]
+    assert found.classification.kind != "chaos"
+
+
 # -- interruption ---------------------------------------------------------------------------------
 
 

@@ -76,7 +76,7 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
         ({"quantities": ["q"]}, "does not say what is measured"),
         ({"sweep": "left"}, "is not a direction"),
         ({"errors": -1.0}, "are no standard deviations"),
-        ({"errors": [0.1, 0.2]}, "are not 1 numbers"),
+        ({"errors": [0.1, 0.2]}, "do not fit the number of quantities, 1; give one"),
     ],
 )
 def test_what_cannot_be_measured(change, words):

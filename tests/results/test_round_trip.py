@@ -1,6 +1,8 @@
 """What is saved is what is loaded, number for number; what slipfold did not save is refused."""
 
+import json
 import sys
+from dataclasses import asdict
 
 import h5netcdf
 import pytest
@@ -9,7 +11,7 @@ import xarray
 from helpers.diagrams import (
     made_diagram,
 )
-from slipfold import InputError, RationalStribeck, SlidingOscillator, load
+from slipfold import InputError, RationalStribeck, SlidingOscillator, load, simulate
 
 
 class OtherModel(SlidingOscillator):
@@ -103,6 +105,17 @@ def test_damaged_input(tmp_path, text):
     with h5netcdf.File(path, "r+") as file:
         file.attrs["input"] = text
     with pytest.raises(InputError, match=r"result\.nc is damaged.*compute it again"):
+        load(path)
+
+
+def test_a_value_of_another_type_is_named(tmp_path):
+    path = saved(tmp_path, simulate(SlidingOscillator(), 40))
+    copy = load(path)
+    with h5netcdf.File(path, "r+") as file:
+        text = file.attrs["settlement"]
+        assert json.dumps(asdict(copy.settlement)) == text
+        file.attrs["settlement"] = text.replace('"settled": false', '"settled": "no"')
+    with pytest.raises(InputError, match="'no' is not of type bool"):
         load(path)
 
 

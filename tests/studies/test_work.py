@@ -53,6 +53,21 @@ def test_loci_with_their_points_of_codimension_two(tmp_path):
     np.testing.assert_array_equal(loaded.listed["f"], found.listed["f"])
 
 
+def test_a_parameter_may_have_the_name_of_a_dimension_and_its_replacement_that_of_a_list(tmp_path):
+    model = sf.System(
+        name="m",
+        parameters={"special": 0.3, "w": 1.2},
+        states={"x": "v", "v": "-0.1*v - x - 0.1*x^3 + special*cos(w*t)"},
+        forcing={"period": "2*pi/w"},
+    )
+    compute = {"what": "response", "vary": "w", "span": [0.9, 1.3]}
+    cases = {"grid": {"special": [0.1, 0.3]}}
+    found = sf.study({"model": model, "compute": compute, "cases": cases})
+    assert found.to_xarray().threshold.dims == ("special_value_value",)
+    found.save(tmp_path / "x.nc")
+    assert sf.load(tmp_path / "x.nc").summary() == found.summary()
+
+
 def test_responses_of_many_cases_go_side_by_side():
     compute = {"what": "response", "vary": "Nd", "span": [0, 0.045], "largest_period": 1}
     speeds = np.linspace(0.5, 1.0, 16)

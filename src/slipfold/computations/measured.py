@@ -113,7 +113,10 @@ def checked_errors(errors: ArrayLike, count: int) -> np.ndarray:
             f"errors = {errors!r} are not numbers; give standard deviations in SI units"
         ) from None
     if given.ndim > 1 or (given.ndim == 1 and len(given) != count):
-        raise InputError(f"errors = {errors!r} are not {count} numbers; give one, or one for each")
+        raise InputError(
+            f"errors = {errors!r} do not fit the number of quantities, {count}; give one, or one "
+            "for each"
+        )
     if not (np.isfinite(given) & (given >= 0)).all():
         raise InputError(f"errors = {errors!r} are no standard deviations; give 0 or more")
     return np.broadcast_to(given, count).copy()

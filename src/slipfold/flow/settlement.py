@@ -168,12 +168,12 @@ class Trend:
         factor = rate**self.period
         return self.drift * factor / (1 - factor)
 
-    def more(self, tolerance: float) -> int | None:
+    def more(self, tolerance: float) -> float | None:
         """Return how many states more bring it within a tolerance; None if it does not shrink."""
         rate = self.rate
         if not self.shrinking or rate is None or not self.distance < math.inf:
             return None
-        return math.ceil(math.log(tolerance / self.distance) / math.log(rate))
+        return float(math.ceil(math.log(tolerance / self.distance) / math.log(rate)))
 
 
 def trends_of(scaled: Array, angle_periods: Array = NO_ANGLES) -> list[Trend]:
@@ -255,7 +255,7 @@ def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlemen
             over = "a period" if trend.period == 1 else f"{trend.period} periods"
             return not_converged(
                 f"{start}the state still changes by {trend.drift:.1e} over {over}, shrinking by "
-                f"the factor {rate:.6g} a period; about {more} more periods are needed",
+                f"the factor {rate:.6g} a period; about {more:.0f} more periods are needed",
                 trend.drift,
                 rate,
                 more,

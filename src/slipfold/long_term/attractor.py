@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import contacts_of
 from slipfold.flow.simulate import simulate
 from slipfold.long_term.exponents import Exponents
 from slipfold.models.model import Model, evaluation_of
@@ -54,6 +55,18 @@ class Attractor:
     duration: float | None
     multipliers: NDArray[np.complex128]
     exponents: Array
+
+
+def preserves_volume(model: Model) -> bool:
+    """Whether the flow preserves volumes of states, so that nothing attracts (Liouville)."""
+    if contacts_of(model):  # stick contracts
+        return False
+    flow, scales, count = flow_of(model), model.state_scales(), 4
+    states = model.start + np.random.default_rng(0).normal(size=(count, len(scales))) * scales
+    slopes = flow.jacobians(states, np.arange(count) / count, flow.constants_of(model))
+    sizes = np.abs(slopes * scales / scales[:, None]).max(axis=(1, 2))
+    divergence = np.abs(np.trace(slopes, axis1=1, axis2=2))
+    return bool(np.all(divergence <= len(scales) * np.finfo(float).eps * sizes))
 
 
 def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:

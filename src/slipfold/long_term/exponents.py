@@ -79,6 +79,7 @@ class ExponentSettings:
     # Beats beyond which averages converge fast: with fewer the number of turns is known to one
     beats: float = 8.0
     sure: float = 3.0  # errors by which an exponent differs from zero
+    fading: float = 0.75  # of that over the quarter before: halved if growth is linear
     rounding: float = 1e-10  # of a zero exponent per period
     pilot: int = 8  # periods that show how unequally perturbations grow
     spread: float = 12.0  # of logarithms of growth in one linearization; 36 would leave no digits
@@ -542,8 +543,18 @@ def _refuse_ended(growth: Growth) -> None:
 
 
 def _estimate(growth: Growth) -> ExponentEstimate:
-    """Average over the second half, when the frame has turned into the directions of growth."""
+    """Average over the second half, when the frame has turned into the directions of growth.
+
+    Perturbations that grow linearly, as between tori of other frequencies, have averages that halve
+    each time that a trajectory is twice as long: the exponent is zero within their difference.
+    """
     rates = growth.logarithms
-    result = average(rates[len(rates) // 2 :])
-    order = np.argsort(-result.values, kind="stable")
-    return ExponentEstimate(growth.periods, result.values[order], result.errors[order])
+    half = len(rates) // 2
+    later = average(rates[half:])
+    earlier = bump(half - half // 2) @ rates[half // 2 : half]
+    values, errors = later.values, later.errors
+    fading = np.abs(values) < EXPONENTS.fading * np.abs(earlier)
+    with np.errstate(invalid="ignore"):  # of what is minus infinity
+        errors = np.where(fading, np.fmax(errors, np.abs(earlier - values)), errors)
+    order = np.argsort(-values, kind="stable")
+    return ExponentEstimate(growth.periods, values[order], errors[order])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from slipfold.long_term.attractor import (
     at_rest,
     of_exponents,
     of_orbit,
+    preserves_volume,
     stroboscopic_states,
 )
 from slipfold.long_term.exponents import find_exponents, growth_from, growth_through_stick
@@ -336,6 +338,8 @@ class AttractorSet:
         If the exponents show a periodic trajectory, return its orbit if that is new. Shapes: state
         (n,).
         """
+        if self._preserved:
+            return None
         for periods in ATTRACTOR.exponents:
             try:
                 result = find_exponents(self.model, state, periods, ATTRACTOR.tolerance)
@@ -351,6 +355,11 @@ class AttractorSet:
                 clouds = [known for known in self.known if isinstance(known, CloudRegion)]
                 return next((known for known in clouds if known.holds(cloud)), cloud)
         return None
+
+    @cached_property
+    def _preserved(self) -> bool:
+        """Whether nothing attracts, chaotic or not."""
+        return preserves_volume(self.model)
 
     @property
     def _next(self) -> int:

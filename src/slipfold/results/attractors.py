@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
-from slipfold.long_term.attractor import Attractor
+from slipfold.long_term.attractor import Attractor, preserves_volume
 from slipfold.long_term.search import (
     ENDED,
     UNDECIDED,
@@ -139,7 +139,9 @@ class FoundAttractors(Result):
         return least._replace(high=fraction_of(hits + open_, count).high) if open_ else least
 
     def _notes(self) -> list[str]:
-        return starts_notes(self.ends, self.labels, (self.labels == UNFINISHED).sum(), "starts")
+        return starts_notes(
+            self.model, self.ends, self.labels, (self.labels == UNFINISHED).sum(), "starts"
+        )
 
     def _rows(self) -> PrintedTable:
         output = self.model.shown[0]
@@ -171,12 +173,14 @@ class FoundAttractors(Result):
 
 
 def starts_notes(
-    ends: Mapping[str, int], labels: NDArray[np.int64], unfinished: int, what: str
+    model: Model, ends: Mapping[str, int], labels: NDArray[np.int64], unfinished: int, what: str
 ) -> list[str]:
     """Return sentences on starts that reached no attractor."""
     notes = [f"{count} ended: {kind}" for kind, count in ends.items()]
     if (labels == UNDECIDED).any():
-        notes.append(f"{(labels == UNDECIDED).sum()} undecided; give more periods")
+        why = "the model preserves volumes of states, so nothing attracts them; add damping"
+        why = why if preserves_volume(model) else "give more periods"
+        notes.append(f"{(labels == UNDECIDED).sum()} undecided; {why}")
     if unfinished:
         notes.append(f"{unfinished} {what} not finished, the search was interrupted")
     return notes or ["Every start converged to one of them"]
@@ -488,7 +492,7 @@ class BasinFractions(Result):
 
     def _notes(self) -> list[str]:
         unfinished = (self.labels[:, 0] == UNFINISHED).sum()
-        return starts_notes(self.ends, self.labels, unfinished, "values")
+        return starts_notes(self.model, self.ends, self.labels, unfinished, "values")
 
     def _record(self) -> dict[str, Any]:
         table = ATTRACTORS.bound(self)

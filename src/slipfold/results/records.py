@@ -84,7 +84,7 @@ def _checked(kind: Any, value: Any) -> Any:
     if kind in (int, float, str, bool):
         numbers = (int, float, np.number, np.bool_)
         if not isinstance(value, str if kind is str else numbers):
-            raise ValueError(f"{value!r} is not of type {kind.__part_}")
+            raise ValueError(f"{value!r} is not of type {kind.__name__}")
         return kind(value)
     return value
 

@@ -302,7 +302,9 @@ class StudyResult(Result):
         each = self.work.listed
         taken = {"case", each, "failed", *(item.name for item in self.quantities)}
         taken |= {f"{each}_{item.name}" for item in self.work.lists(self.model)}
-        return f"{parameter}_value" if parameter in taken else parameter
+        while parameter in taken:
+            parameter += "_value"
+        return parameter
 
     def _variables(self) -> Mapping[str, Variable]:
         labels = {name: self._column(name) for name in self.cases.names}

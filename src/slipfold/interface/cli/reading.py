@@ -150,7 +150,7 @@ def parse_whole(text: str, option: str, minimum: int = 1, maximum: int | None = 
         value = minimum - 1
     if value < minimum or (maximum is not None and value > maximum):
         bounds = f"of at least {minimum}" if maximum is None else f"from {minimum} to {maximum}"
-        raise InputError(f"{option} {text} is not a whole number {bounds}; give e.g. {option} 4")
+        raise InputError(f"{option} {text} is not a whole number {bounds}; give one")
     return value
 
 
