@@ -60,6 +60,7 @@ class ExtremaSearch:
     periods: int = 256  # examined of a trajectory that has not converged
     memory: int = 4_000_000  # numbers that are sampled at once: 32 MB
     dense: int = 1024  # samples of a forcing period of a motion with stick, which has corners
+    still: float = 1e-6  # rates over scales of an equilibrium: those of a cycle are about one
 
 
 SEARCH = ExtremaSearch()
@@ -180,10 +181,12 @@ def find_extrema(
     flow, scales = flow_of(model), power_of_two(model.state_scales())
     names = flow.output_names if names is None else tuple(names)
     columns = np.array([flow.output_index(name) for name in names])
-    if nodes.shape[1] == 1 and not model.forced:  # equilibria, also where no motion is defined
-        constants = flow.constants(parameters, scales)
-        values = flow.outputs(nodes[:, 0], np.zeros(len(nodes)), constants)[:, columns]
-        return Extrema(names, values, values.copy())
+    if nodes.shape[1] == 1 and not model.forced:
+        constants, zero = flow.constants(parameters, scales), np.zeros(len(nodes))
+        rates = np.abs(flow.rates(nodes[:, 0], zero, constants)) / scales
+        if not np.any(rates > SEARCH.still):  # equilibria, also where rates are no numbers
+            values = flow.outputs(nodes[:, 0], zero, constants)[:, columns]
+            return Extrema(names, values, values.copy())
     low = np.empty((len(nodes), len(names)))
     high = np.empty_like(low)
     numbers = SEARCH.samples * period * (flow.dimension + len(flow.output_names))
