@@ -67,7 +67,9 @@ BAD = {
     "no mass, no stiffness": (
         lambda: make(M=EMPTY, K=EMPTY), "q2 has neither mass nor stiffness; give it one of them"
     ),
-    "no mass, K not symmetric": (lambda: make(M=EMPTY, K=SKEW), "condensation of q2, which has no"),
+    "no mass, K not symmetric": (
+        lambda: make(M=EMPTY, K=SKEW, triangles="whole"), "condensation of q2, which has no"
+    ),
     "damped without mass": (lambda: make(M=EMPTY, C=I2), "C acts on q2, which has no mass; give"),
     "contact without mass": (
         lambda: make(M=EMPTY, contacts=FrictionContact("q2")), "contacts act at q2, which has no"
@@ -87,8 +89,20 @@ BAD = {
         lambda: make(M=sparse.block_diag([np.ones((2, 2))] * 400), K=sparse.eye_array(800)),
         "some displacement has no mass",
     ),
-    "K for Rayleigh": (lambda: make(C=ProportionalDamping(1, 1), K=SKEW), "K is not symmetric"),
-    "K for modes": (lambda: make(K=SKEW, reduction=ModalReduction(1)), "needs a symmetric one"),
+    "K": (
+        lambda: make(K=SKEW), "K is not symmetric: row 1, column 2 is -1, row 2, column 1 is -0.5, "
+        "which differ by more than 1e-09 of the largest entry; put its antisymmetric part, (K - K^T"
+    ),
+    "a term of K": (lambda: make(K={1: K2, "p": SKEW}), "K is not symmetric: row 1, column 2 is"),
+    "K for Rayleigh": (
+        lambda: make(C=ProportionalDamping(1, 1), K=SKEW, triangles="whole"), "so give C as a matr"
+    ),
+    "K for modes": (
+        lambda: make(K=SKEW, triangles="whole", reduction=ModalReduction(1)), "needs a symmetric on"
+    ),
+    "33 contacts": (
+        lambda: make(contacts=[FrictionContact("q1")] * 33), "33 friction contacts are more than 32"
+    ),
     "ratio": (lambda: make(C=ModalDamping(-0.1)), "zeta = -0.1 is outside its bounds"),
     "alpha_M": (lambda: ProportionalDamping(-1), "alpha_M = -1 is outside"),
     "same names": (lambda: make(names="a a"), "two degrees of freedom are called a"),
@@ -212,9 +226,10 @@ def test_a_regularized_law_may_rest_and_a_memory_gives_states():
 
 
 def test_matrices_without_symmetry_are_taken_where_they_may_be():
-    model = make(C=SKEW, K=SKEW)
+    model = make(C=SKEW, K=SKEW, triangles="whole")
     assert "energy" not in [output.name for output in model.outputs()]
     assert model.stiffness_matrix == pytest.approx(SKEW)
+    assert Structure.from_tables(model.to_tables()).replace(K=model.structure["K"]) == model
 
 
 @pytest.mark.parametrize(("stiffness", "said"), [
@@ -224,7 +239,7 @@ def test_matrices_without_symmetry_are_taken_where_they_may_be():
     (SKEW, ("K is not symmetric, so that there is no energy of the structure",)),
 ])  # fmt: skip
 def test_what_is_unusual_is_said(stiffness, said):
-    notes = make(K=stiffness).notes
+    notes = make(K=stiffness, triangles="whole").notes
     assert len(notes) == len(said)
     assert all(note.startswith(words) for note, words in zip(notes, said, strict=True))
 

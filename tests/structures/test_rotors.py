@@ -209,7 +209,7 @@ def test_an_overhung_rotor(speed):
     ({"G": {"omega": np.eye(3)}}, "G has 3 rows and M has 2"),
     ({"G": {"omega": TURN, 1: np.eye(3)}}, "G has 3 rows where 1 multiplies it and 2 where omega"),
     ({"M": {"omega": M}}, "the constant part of M is zero; give at least one degree"),
-    ({"M": {1: M, "m": TURN}}, "M is not symmetric: row 1, column 2 is 1, its mirror image -1"),
+    ({"M": {1: M, "m": TURN}}, "M is not symmetric: row 1, column 2 is 1, row 2, column 1 is -1"),
     ({"M": {1: M, "m": M}, "m": -2}, "M is not positive definite at these values of its param"),
     ({"M": {1: M, "m": np.diag([1.0, 0]), "n": np.ones((2, 2))}}, "M are not diagonal in the same"),
     ({"M": {1: M, "m": M}, "forcing": sf.BaseMotion(A=1)}, "a base motion acts with the masses"),

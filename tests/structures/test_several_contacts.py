@@ -49,6 +49,14 @@ def test_a_group_has_its_parameters_once():
     assert Structure.from_tables(model.to_tables()) == model
 
 
+def test_contacts_along_one_direction_add_up():
+    two = [FrictionContact("a", LAW, 1.0, Vd=0, name=name) for name in ("left", "right")]
+    model = ring(*two, F=1.0, f=0.2)
+    assert model.notes == ("contacts along one direction, whose forces add up: left, right",)
+    once = ring(FrictionContact("a", LAW, 2.0, Vd=0), F=1.0, f=0.2)
+    np.testing.assert_allclose(rates(model), rates(once), rtol=1e-12)
+
+
 def test_some_parameters_of_a_group():
     group = {"mu_k": "ring", "mu_s": "ring"}
     model = ring(*(FrictionContact(at, LAW, n, group=group) for n, at in enumerate("ab", 2)))

@@ -98,7 +98,7 @@ class Assembly:
         )
         visible = (*self._watched_directions(), *self._acted_directions())
         self.watched = tuple((name, self._row(item)) for name, item in visible)
-        self.symmetric = all(part.asymmetry[0] < MATRICES.asymmetry for part in definition.K.parts)
+        self.symmetric = definition.K.symmetric
         # Names of the parameters that switch off what is periodic in time
         self.amplitudes = tuple(
             dict.fromkeys(

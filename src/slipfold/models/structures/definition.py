@@ -60,6 +60,9 @@ COMPONENTS: dict[str, tuple[type[Component], ...]] = {
 }
 """Classes of components by the argument that takes them."""
 
+MAX_CONTACTS = 32
+"""Most friction contacts that are given: each has equations to compile and outputs to evaluate."""
+
 
 @dataclass(frozen=True)
 class Definition:
@@ -135,6 +138,10 @@ class Definition:
             notes.append(f"matrices were given in {units} and are converted to SI units{which}")
         if self.cyclic is not None:
             notes.append(self.cyclic.note)
+        for along, count in Counter(one.along for one in self.contacts).items():
+            if count > 1:
+                both = listed([one.key for one in self.contacts if one.along == along])
+                notes.append(f"contacts along one direction, whose forces add up: {both}")
         if massless := self.repeated.massless:
             count, named = len(massless), listed(massless)
             notes.append(f"without mass, condensed statically: {count} ({named})")
@@ -271,6 +278,12 @@ def _massless_in(parts: Iterable[Component], item: Definition) -> str:
     return next((name for one in directions for name, _ in one.weights if name in held), "")
 
 
+_PARTED = (
+    "put its antisymmetric part, (K - K^T)/2, into H, or give "
+    'triangles = "whole" to take K as it is'
+)
+
+
 def _matrices(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the matrices by name, which fit each other."""
     if given["K"] is None:
@@ -294,6 +307,8 @@ def _matrices(given: Mapping[str, Any]) -> dict[str, Any]:
                 )
             if key == "G":
                 require_skew(matrices[key], key)
+            if key == "K" and half != "whole" and not isinstance(value, Matrix):
+                require_symmetric(matrices[key], key, _PARTED)
     damping = given["C"]
     if isinstance(damping, Damping):
         with about("structure", "K"):
@@ -349,6 +364,12 @@ def _checked_names(names: Any, size: int) -> tuple[str, ...]:
 def _checked_components(key: str, items: Any, names: tuple[str, ...]) -> tuple[Component, ...]:
     """Return elements, contacts or forces, whose directions are in the structure."""
     given = (items,) if isinstance(items, Component) else tuple(_iterated(items))
+    if key == "contacts" and len(given) > MAX_CONTACTS:
+        with about(key):
+            raise InputError(
+                f"{len(given)} friction contacts are more than {MAX_CONTACTS}; join "
+                "neighbors, along the mean of their displacements, or give one of equal sectors"
+            )
     for number, item in enumerate(given):
         if not isinstance(item, COMPONENTS[key]):
             known = ", ".join(cls.__name__ for cls in COMPONENTS[key])

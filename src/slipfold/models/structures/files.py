@@ -265,7 +265,7 @@ def structure_tables(definition: Definition) -> dict[str, Any]:
                 for key in ("C", "G", "H")
                 if isinstance(getattr(definition, key), Matrix)
             },
-            **({"triangles": "whole"} if _has_whole_triangle(definition) else {}),
+            **({"triangles": "whole"} if _takes_whole(definition) else {}),
             "names": list(definition.names),
             "length_scale": definition.length_scale,
         },
@@ -303,11 +303,11 @@ def _parameter_table(item: Parameter) -> dict[str, Any]:
     return table
 
 
-def _has_whole_triangle(definition: Definition) -> bool:
-    """Whether a matrix would be read as half of a symmetric one."""
-    matrices = (definition.C, definition.K)
-    parts = (part for item in matrices if isinstance(item, Matrix) for part in item.parts)
-    return any(part.one_sided for part in parts)
+def _takes_whole(definition: Definition) -> bool:
+    """Whether a matrix would be refused, or read as half of a symmetric one."""
+    stiffness, damping = definition.K, definition.C
+    parts = (*stiffness.parts, *(damping.parts if isinstance(damping, Matrix) else ()))
+    return not stiffness.symmetric or any(part.one_sided for part in parts)
 
 
 def _part(part: Any) -> dict[str, Any]:

@@ -184,6 +184,11 @@ class Matrix:
         return self.mirrored_difference(1.0)
 
     @property
+    def symmetric(self) -> bool:
+        """Whether the matrix and those that are added to it are symmetric but for rounding."""
+        return all(part.asymmetry[0] <= MATRICES.asymmetry for part in self.parts)
+
+    @property
     def parts(self) -> tuple[Matrix, ...]:
         """The constant matrix and those that formulas multiply."""
         return (self, *(matrix for _, matrix in self.terms))
@@ -319,20 +324,19 @@ def _of_entries(value: Any, name: str) -> Matrix:
 
 
 def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
-    """Raise if a matrix is not symmetric."""
-    difference, row, column = matrix.asymmetry
-    if difference > MATRICES.asymmetry:
-        entries = matrix.array()
-        raise InputError(
-            f"{name} is not symmetric: row {row + 1}, column {column + 1} is "
-            f"{entries[row, column]:.6g}, its mirror image {entries[column, row]:.6g}; {why}"
-        )
+    """Raise if a matrix and those that are added to it are not symmetric."""
+    for one in matrix.parts:
+        difference, row, column = one.asymmetry
+        if difference > MATRICES.asymmetry:
+            raise InputError(
+                f"{name} is not symmetric: {one.pair(row, column)}, which differ by more than "
+                f"{MATRICES.asymmetry:g} of the largest entry; {why}"
+            )
 
 
 def check_mass(matrix: Matrix, names: Sequence[str]) -> None:
     """Raise if a mass matrix is not symmetric and, but for empty rows, positive definite."""
-    for part in matrix.parts:
-        require_symmetric(part, "M", "a mass matrix is, so correct the entries")
+    require_symmetric(matrix, "M", "a mass matrix is, so correct the entries")
     diagonal, massless = matrix.diagonal, matrix.empty
     if len(massless) == matrix.size:
         which = "the constant part of M" if matrix.terms else "M"

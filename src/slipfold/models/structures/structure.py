@@ -91,8 +91,9 @@ class Structure(MechanicalModel):
         scales are computed.
     triangles
         What a matrix is that has at most one entry of each mirrored pair: ``"symmetric"`` for one
-        triangle of a symmetric matrix, which is completed; ``"whole"`` for a matrix that is taken
-        as it is. None completes the triangle in a file, which `notes` says, and refuses an array.
+        triangle of a symmetric matrix, which is completed; ``"whole"`` for matrices that are taken
+        as they are, a K that is not symmetric, too. None completes the triangle in a file, which
+        `notes` says, and refuses an array and a K that is not symmetric.
     units
         What the matrices are in: ``"SI"``, ``"mm-t-s"`` (mm, t, N), ``"mm-kg-s"`` (mm, kg, mN) or
         ``"in-lbf-s"``. They are converted; ``rx``, ``ry17`` or ``rotz_pad`` name rotations in rad.
