@@ -66,6 +66,15 @@ def test_a_transcritical_point_has_a_locus_and_no_criticality():
     assert {item.type for item in crossing.special} == {"MIN"}
 
 
+def test_a_locus_that_stands_still_ends_by_name():
+    # Every x rests at mu = b = 0, all of them folds.
+    (folds,) = locus(branch_point(line("b + mu*x")), ("mu", "b"), WINDOW).loci
+    assert np.abs(folds.values).max() < 1e-12
+    for end in (folds.started, folds.stopped):
+        assert end.kind == "family"
+        assert end.reason.startswith("the locus stands still at mu = 0, b = 0: ")
+
+
 def test_what_an_imperfection_parts_has_no_locus():
     point = branch_point(line("mu*x - x^2 + b"))
     found = locus(point, ("mu", "b"), WINDOW)

@@ -224,7 +224,7 @@ class LocusDiagram(CurveDiagram):
     schema = "slipfold.locus/1"
     row = "a point or special point of a locus"
     thing = "locus"
-    noted = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
+    noted = ("limit", "closed", "codimension-2", "family", "unresolved", "interrupted", "points")
     title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"
 
     model: Model

@@ -25,7 +25,8 @@ class StopRules:
     # Number of orbits at one value of the parameter after which a family ends. Around a center they
     # are thirty thousand times as large then, and rounding soon prevents corrections
     family: int = 150
-    # Equilibria with one value of the parameter, none of them singular, after which they run away
+    # Equilibria with one value of the parameter, none of them singular, after which they run away;
+    # points of a locus at one place of the plane after which it stands still
     away: int = 10
     # Distance from the first orbit, in scales of states, beyond which an orbit runs away, as at an
     # undamped resonance: multipliers come within 1e-5 of one, and rounding makes branch points
@@ -138,6 +139,29 @@ def _unit(place: int, size: int) -> NDArray[np.float64]:
     return vector
 
 
+class Standing:
+    """Ends a locus along which both parameters stand still, as where all states are critical."""
+
+    def __init__(self, curve: OrbitCurve) -> None:
+        self._curve = curve
+
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return the last of some points at one place of the plane; a cusp is one point."""
+        points = [*interval.traced.points, interval.point][-STOP.away :]
+        places = np.array([point.z[-2:] for point in points])
+        if len(points) < STOP.away or np.ptp(places, axis=0).max() > STOP.constant:
+            return MonitorResult()
+        orbits, place = self._curve.orbits, self._curve.place(interval.point.z)
+        rounded = np.where(np.abs(places[-1]) < STOP.constant, 0.0, place)
+        at = ", ".join(f"{n} = {v:.9g}" for n, v in zip(orbits.varied, rounded, strict=True))
+        what = "equilibria" if orbits.kind == "equilibrium" else "orbits"
+        reason = (
+            f"the locus stands still at {at}: its last {STOP.away} {what} are all critical there, "
+            "to rounding; choose other parameters"
+        )
+        return MonitorResult(stop=Stop(interval.point, End("family", reason, place)))
+
+
 class Families:
     """Ends a branch along which the parameter is constant.
 
@@ -150,8 +174,7 @@ class Families:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last of many points with the same value of the parameter."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
-        value = orbits.value(interval.point.z)
-        rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value  # that is rounding
+        value, rounded = orbits.value(interval.point.z), _rounded(orbits, interval.point)
         many = len(interval.traced.points) >= STOP.family
         first = interval.traced.points[0]  # a vibration about a large mean does not run away
         start = first.curve.orbits.nodes(first.z)[0]
@@ -172,18 +195,21 @@ class Families:
 
 def family_end(orbits: Orbits, points: Sequence[OrbitPoint]) -> End:
     """Say that points of a branch are a family."""
-    value = orbits.value(points[-1].z)
-    rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value
     what, center = (
         ("equilibria", "on a line")
         if orbits.kind == "equilibrium"
         else ("orbits", "around a center")
     )
     reason = (
-        f"{len(points)} {what} have the same {orbits.vary} = {rounded:.9g}: they are a "
-        f"family, as {center}, and it continues; give an event at which it ends"
+        f"{len(points)} {what} have the same {orbits.vary} = {_rounded(orbits, points[-1]):.9g}: "
+        f"they are a family, as {center}, and it continues; give an event at which it ends"
     )
-    return End("family", reason, (value,))
+    return End("family", reason, orbits.place(points[-1].z))
+
+
+def _rounded(orbits: Orbits, point: OrbitPoint) -> float:
+    """Return the first parameter of a point, zero where it is no more than rounding."""
+    return 0.0 if abs(point.z[-1]) < STOP.constant else orbits.value(point.z)
 
 
 def in_family(points: Sequence[OrbitPoint]) -> bool:

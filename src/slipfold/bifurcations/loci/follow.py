@@ -14,7 +14,7 @@ from slipfold.bifurcations.branches.ends import failure_reason
 from slipfold.bifurcations.branches.events import Happened, check_events, events_on
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.stops import Limits, Unresolved
+from slipfold.bifurcations.branches.stops import Limits, Standing, Unresolved
 from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
@@ -104,6 +104,7 @@ def _monitors(
     return [
         *monitors,
         Returns(curve, "the locus closed on itself"),
+        Standing(curve),
         Limits(curve),
         *events_on(curve, events),
         SpecialPoints(curve),
