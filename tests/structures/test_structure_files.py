@@ -247,3 +247,9 @@ def test_a_damaged_matrix_file_is_named(file):
     file.write_text(TEXT.replace("{ diagonal = [1, 2] }", '"M.npz"'))
     with pytest.raises(InputError, match=r"line 3, column 5: .*M.npz cannot be read as a .npz"):
         sf.Structure.from_toml(file)
+
+
+@pytest.mark.parametrize("name", ["M", "name"])
+def test_no_parameter_is_called_as_an_argument(name):
+    with pytest.raises(InputError, match=f"no parameter of a structure is called {name}"):
+        sf.Structure.from_tables({**in_python().to_tables(), "parameters": {name: 1.0}})

@@ -235,7 +235,10 @@ def read_structure(
     arguments["variables"] = [item.parameter(name) for name, item in given.variables.items()]
     if given.damping is not None:
         arguments["C"] = given.damping
-    return {**arguments, "name": given.name or default_name}, given.parameters
+    arguments["name"] = given.name or default_name
+    for name in (name for name in given.parameters if name in arguments):
+        raise source.error(("parameters", name), f"no parameter of a structure is called {name}")
+    return arguments, given.parameters
 
 
 def matrix_table(matrix: Matrix) -> dict[str, Any]:
