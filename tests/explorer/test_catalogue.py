@@ -112,7 +112,23 @@ def test_a_forced_model_is_looked_through_for_a_parameter_with_a_bifurcation():
         states={"q": "v", "v": "F*cos(W*t) - 0.3*v - q"},
         forcing={"period": "2*pi/W"},
     )
-    assert screened(linear, "F") == [{"vary": None, "done": True}]
+    (found,) = screened(linear, "F")
+    assert (found["vary"], found["type"]) == ("W", None)
+
+
+def test_a_contact_that_sticks_for_good_is_shown_over_a_parameter_that_lets_it_slip():
+    contact = sf.FrictionContact("b", sf.Coulomb(mu_k=0.3), load=2.0, Vd=0.0)
+    K = [[2.0, -1.0], [-1.0, 1.0]]
+    chain = sf.Structure(
+        np.eye(2), 0.05 * np.array(K), K, names="a b", f=0.05, contacts=contact,
+        forcing=sf.HarmonicForce("a", F=0.2),
+    )  # fmt: skip
+    vary, span = first_views.chosen_span(chain)
+    with pytest.raises(sf.InputError, match="sticks for good"):
+        sf.response(chain, vary, span)
+    (found,) = screened(chain, vary)
+    assert found["vary"] == "Ns"
+    assert sf.periodic_orbit(chain.replace(Ns=found["value"])).period == 1
 
 
 def test_a_parameter_over_which_nothing_can_be_computed_does_not_end_the_search(monkeypatch):

@@ -130,6 +130,17 @@ def test_time_series(ax, doubled):
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (s)", "$y/L$")
 
 
+def test_a_time_series_of_many_vibrations_is_the_band_between_their_extrema(ax, doubled):
+    draw_timeseries(doubled, "y", ax)
+    [band] = ax.collections
+    assert ax.get_title() == "band between the extrema of 1000 vibrations"
+    corners, values = band.get_paths()[0].vertices, doubled.output("y")[1]
+    np.testing.assert_array_equal(corners.max(axis=0)[1], values.max())
+    last = doubled.output("y", start=-5)[1]
+    ends = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
+    np.testing.assert_array_equal([ends.min(), ends.max()], [last.min(), last.max()])
+
+
 def test_phase_portrait_has_one_dot_a_forcing_period(ax, doubled):
     draw_phase(doubled, ax=ax, periods=10)
     path, dots = ax.get_lines()

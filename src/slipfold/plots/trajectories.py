@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
+from matplotlib.colors import LogNorm, to_rgba
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.tori.surface import TorusSpectrum
@@ -52,6 +52,9 @@ STROBOSCOPIC = "stroboscopic"
 SIZE = 1.1
 """Size of a dot in points."""
 
+MOST = 200
+"""Vibrations that a time series shows one by one; the lines of more would be a black area."""
+
 
 def draw_timeseries(
     solution: Solution,
@@ -63,7 +66,7 @@ def draw_timeseries(
     stop: int | None = None,
     per_period: int = 64,
 ) -> Axes:
-    """Draw one output over time."""
+    """Draw one output over time; of many vibrations the band between their extrema."""
     output = output or solution.model.shown[0]
     if isinstance(solution, Trajectory):
         time, values = solution.output(output, start, stop, per_period)
@@ -71,7 +74,17 @@ def draw_timeseries(
         time, values = solution.output(output, per_period * solution.period)
     ax = axes_or_new(ax)
     values, time = on_circles(solution.model, [(output, values)], [time])
-    ax.plot(time, values, color=color, linewidth=0.9)
+    vibrations = np.count_nonzero(np.diff(values > np.nanmean(values))) // 2
+    if vibrations > MOST:
+        first = np.linspace(0, len(values), MOST, endpoint=False).astype(int)
+        low, high, start_of = (
+            each.reduceat(part, first)
+            for each, part in ((np.fmin, values), (np.fmax, values), (np.fmin, time))
+        )
+        ax.fill_between(start_of, low, high, facecolor=to_rgba(color, 0.25), edgecolor=color)
+        ax.set_title(f"band between the extrema of {vibrations} vibrations")
+    else:
+        ax.plot(time, values, color=color, linewidth=0.9)
     ax.margins(x=0.0)
     ax.set_xlabel("time (s)")
     label_output(ax, "y", solution.model, output)
@@ -149,7 +162,7 @@ def draw_spectrum(
     output = output or spectrum.model.shown[0]
     amplitude = spectrum.of(output)
     if largest_order is None:
-        largest_order = max(3.0, 1.2 * float(spectrum.order[np.argmax(amplitude)]))
+        largest_order = _beyond_highest(spectrum.order, amplitude)
     drawn = spectrum.order <= largest_order * (1 + 1e-9)
     if floor is None:
         # Relative to the highest, or vibration of a micrometer would leave the figure empty.
@@ -164,6 +177,11 @@ def draw_spectrum(
     if annotate:
         name_lines(ax, spectrum, output, color)
     return ax
+
+
+def _beyond_highest(orders: Array, amplitudes: Array) -> float:
+    """Return the largest order to draw: 3, or beyond the highest line."""
+    return max(3.0, 1.2 * float(orders[np.argmax(amplitudes)]))
 
 
 def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", color: str = "black") -> None:
@@ -393,14 +411,15 @@ def draw_waterfall(
     ax: Axes | None = None,
     *,
     run: str | None = None,
-    lines: float = 3,
+    lines: float | None = None,
     floor: float = 1e-5,
 ) -> Axes:
     """Draw amplitudes over frequency and parameter as colors.
 
-    Frequencies are in multiples of the forcing's, up to `lines`; amplitudes are shown down to the
-    fraction `floor` of the largest. Trajectories are windowed (Hann), so that a line is as wide as
-    four steps of the frequency, and a peak as high as its amplitude.
+    Frequencies are in multiples of the forcing's, up to `lines`: by default 3, or beyond the
+    highest line below 12. Amplitudes are shown down to the fraction `floor` of the largest.
+    Trajectories are windowed (Hann), so that a line is as wide as four steps of the frequency, and
+    a peak as high as its amplitude.
     """
     output = output or sweep.model.shown[0]
     ax = axes_or_new(ax)
@@ -409,7 +428,7 @@ def draw_waterfall(
     known = np.isfinite(states).all(axis=(1, 2)) & ~sweep.stuck[place]
     if not known.any():
         raise InputError(f"{sweep.runs[place]} has no points without stick; give another run")
-    periods, samples = states.shape[1], 2 * int(np.ceil(4 * lines))
+    periods, samples = states.shape[1], 2 * int(np.ceil(4 * (lines or 3)))
     x = np.repeat(sweep.values[known], periods)
     flat = states[known].reshape(len(x), -1)
     outputs = sampled_outputs(sweep.model, sweep.vary, x, flat, samples)
@@ -420,6 +439,8 @@ def draw_waterfall(
     amplitudes = np.full((len(states), solution.shape[1] // 2 + 1), np.nan)
     amplitudes[known] = 2 * np.abs(np.fft.rfft(centered * window)) / window.sum()
     frequencies = np.arange(amplitudes.shape[1]) / periods
+    if lines is None:
+        lines = _beyond_highest(frequencies, np.nanmax(amplitudes, axis=0))
     shown = frequencies <= lines
     largest = float(np.nanmax(amplitudes))
     smallest = max(largest * floor, float(np.finfo(float).tiny))

@@ -109,9 +109,10 @@ def chosen_span(model: Model) -> tuple[str, list[float]]:
 def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) -> None:
     """Look for a parameter over which a response has a bifurcation; send the first that is found.
 
-    Responses are followed over the ranges of the sliders, for a short time.
+    If none is found, that is one over which there is a response at all, with a value where there is
+    one. Responses are followed over the ranges of the sliders, for a short time.
     """
-    until = process_time() + SCREEN.forced
+    until, offer = process_time() + SCREEN.forced, dict[str, Any](vary=None)
     names = [item.name for item in model.variable_parameters if item.name != request.vary]
     for name in names if model.forced else ():
         end = min(until, process_time() + SCREEN.one)
@@ -129,9 +130,12 @@ def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) 
         points = [p for each in branches[:1] for p in each.special if p.type in BIFURCATION_TYPES]
         if points:
             value = number(certain(points[0].value, points[0].uncertainty))
-            send({"vary": name, "span": span, "type": points[0].type, "value": value, "done": True})
-            return
-    send({"vary": None, "done": True})
+            offer = {"vary": name, "span": span, "type": points[0].type, "value": value}
+            break
+        if branches and not offer["vary"]:
+            middle = float(branches[0].parameter[len(branches[0]) // 2])
+            offer = {"vary": name, "span": span, "type": None, "value": middle}
+    send({**offer, "done": True})
 
 
 def _screened(

@@ -5,8 +5,8 @@ import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
 import {
-  STATISTICS, diagramRequest, initialView, inside, spanOf, systemOf, withPin, withPinName, withStart, withVaried,
-  withoutPin,
+  STATISTICS, diagramRequest, initialView, inside, spanOf, systemOf, withParameter, withPin, withPinName, withStart,
+  withVaried, withoutPin,
 } from "./view.js";
 
 export class CheckedLine {
@@ -244,10 +244,14 @@ export class Elsewhere {
   #session;
   #asked = null; // the system of the last search
 
-  /** If the first diagram of a forced system has no bifurcation, look for a parameter over which there is one. */
+  /**
+   * If the first diagram of a forced system has no bifurcation, look for a parameter over which there is one; if
+   * there is no diagram, as where a contact sticks for good, for one over which there is a response.
+   */
   constructor(session) {
     this.#session = session;
     session.diagramArrived.subscribe(({ answer }) => answer.done && this.#consider(answer));
+    session.failed.subscribe(({ kind, sentence }) => kind === "diagram" && sentence && this.#consider({ branches: [] }));
     session.store.changed.subscribe(({ view, before }) => systemOf(view) !== systemOf(before) && this.#drop());
   }
 
@@ -261,12 +265,18 @@ export class Elsewhere {
   }
 
   #offer({ vary, span, type, value }) {
-    if (!vary) return;
+    if (!vary || !(type || this.#session.hasFailed)) return;
     const quantity = this.#session.quantity(vary);
-    const show = () => this.#session.store.commit(withVaried(this.#session.view, vary, span));
+    const near = Number(value.toPrecision(type ? 4 : 2));
+    const show = () => {
+      const { view, store } = this.#session;
+      store.commit(withVaried(type ? view : withParameter(view, vary, near), vary, span));
+    };
+    const at = `at ${withUnit(quantity, near)}`;
+    const found = type ? `the response has a bifurcation (${type} ${at})` : `there is a response, as ${at}`;
     this.node.hidden = false;
     this.node.replaceChildren(
-      element("span", {}, `Over ${quantity.label ?? vary} the response has a bifurcation (${type} at ${withUnit(quantity, Number(value.toPrecision(4)))}).`),
+      element("span", {}, `Over ${quantity.label ?? vary} ${found}.`),
       element("button", { type: "button", class: "small-button", on: { click: show } }, "Show"));
   }
 
