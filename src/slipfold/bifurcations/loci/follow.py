@@ -365,7 +365,7 @@ class _Loci(CurveSet[OrbitPoint]):
         )
         self._lines += 1
         if start.crosses and point is start.points[0]:
-            traced.found[:0] = _crossed(traced, start.crosses)
+            traced.found[:0] = _crossed(traced, start)
         return traced
 
     def _follow(self, start: Start[OrbitPoint]) -> FollowedCurve[OrbitPoint]:
@@ -486,14 +486,16 @@ def _without_locus(point: SpecialPoint, vary: tuple[str, str], error: InputError
     return f"the {point.type} of what sticks at {at} was not followed: {error}"
 
 
-def _crossed(trace: TracedCurve[OrbitPoint], kind: str) -> list[Found]:
+def _crossed(trace: TracedCurve[OrbitPoint], start: LocusStart) -> list[Found]:
     """Return the point of codimension two that a locus was started from, as found on it."""
     if len(trace.points) < 2:
         return []
-    first, second = trace.points[:2]
+    (first, second), kind, found = trace.points[:2], start.crosses, start.found
     test = tests_of(kind, first.tests)[-1]
-    if test == "second" and kind != "DP":  # nothing detects it on this locus
-        return []
+    if test == "second":  # nothing detects it on this locus: folds are singular at DP
+        if kind != "DP" or found is None:
+            return []
+        return [replace(found, point=replace(found.point, arclength=first.arclength))]
     slope = (second.tests[test] - first.tests[test]) / (second.arclength - first.arclength)
     return [Found(kind, first, slope)]
 
