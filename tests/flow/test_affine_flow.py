@@ -201,3 +201,25 @@ def test_stick_without_a_limit_leaves_the_limit_of_other_systems(monkeypatch):
         ends.append(system.run(mode, state, 0.0, 5.0).end)
     assert 0 < ends[0] < 5
     assert ends[0] == ends[1]
+
+
+def test_what_was_computed_before_changes_no_bit():
+    """A light contact decays 1e5 times a second; how it is solved depends on the period alone."""
+    link = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    light = sf.Structure(
+        np.diag([1e-3, 1.0]), 100 * link, 1e3 * link + np.diag([0.0, 1.0]), names="a b",
+        contacts=sf.FrictionContact("a", sf.Coulomb(mu_k=1.0), load=0.25, Vd=0),
+        forcing=sf.HarmonicForce("a", F=0.5),
+    )  # fmt: skip
+    models, mode = [light.replace(f=f) for f in (0.2, 2.0, 20.0)], (Status.FORTH,)
+    found = []
+    for order in ([0, 1, 2], [2, 1, 0, 1]):
+        hybrid, results = HybridFlow(light), {}
+        for which in order:
+            constants, state = flow_of(light).constants_of(models[which]), np.array([0, 0, 1e-3, 1])
+            parts = hybrid.system(state, constants).run(mode, state, 0.0, 0.4)
+            given = state[None], np.zeros(1), np.array([0.4]), constants, constants.rates
+            results[which] = (parts.state, *hybrid.of(mode).linearize(*given))
+            assert np.isfinite(np.concatenate([item.ravel() for item in results[which]])).all()
+        found.append([item.tobytes() for which in range(3) for item in results[which]])
+    assert found[0] == found[1]

@@ -31,7 +31,7 @@ from slipfold.flow.polynomials import StepPolynomials
 class EventSearch:
     """How the first event of a solution in closed form is found."""
 
-    # Fewer are followed from event to event in less time by an integrator, unless they are stiff
+    # Fewer are followed from event to event in less time by an integrator, unless they are fast
     many: int = 24
     # Radians of the fastest visible vibration between two samples of events: bounds between them
     # are off by 2e-6 of it
@@ -108,10 +108,10 @@ GAUSS = gauss_points(8)
 
 
 def pays(flow: Flow, constants: Constants) -> bool:
-    """Whether events in closed form take less time than an integrator, or this too many steps."""
+    """Whether events in closed form take less time than an integrator."""
     if not isinstance(flow, AffineFlow):
         return False
-    return flow.dimension >= SEARCH.many or flow.is_given_up(constants)
+    return flow.dimension >= SEARCH.many or flow.takes_many_steps(constants)
 
 
 class AffineEvents:

@@ -27,7 +27,10 @@ from slipfold.models.quantities import Expression
 class AffineRules:
     """When rates are solved in closed form."""
 
-    states: int = 8  # fewer are linearized in less time by an integrator, unless they are stiff
+    states: int = 8  # fewer are linearized in less time by an integrator, unless they are fast
+    # Largest eigenvalue a period above which rates are fast: responses take as long by both methods
+    # at 20,000, and an integrator gives up a segment of a period at 27,000
+    fast: float = 1.5e4
     condition: float = 1e4  # of eigenvectors: four of sixteen digits
     first: int = 16  # phases at which forcing is sampled first
     most: int = 256  # the same at most: twice the highest harmonic of structures, and more
@@ -215,21 +218,26 @@ class AffineFlow(Flow):
         super().__init__(equations)
         self._eigen = dict[bytes, EigenBasis | None]()
         self._known: tuple[Constants | None, AffineSolutions | None] = None, None
-        self._stiff = set[bytes]()  # matrices for which the integrator took too many steps
+        self._fast: tuple[Constants | None, bool] = None, False
 
-    def is_given_up(self, constants: Constants) -> bool:
-        """Whether an integrator took too many steps with the same rates of states before."""
-        return bool(self._stiff) and self._matrix(constants).tobytes() in self._stiff
+    def takes_many_steps(self, constants: Constants) -> bool:
+        """Whether an integrator would take many steps a period, as fast decay needs."""
+        known, fast = self._fast
+        if known is not constants:
+            fast = constants.values.ndim == 1 and self._fastest(constants) > AFFINE.fast
+            self._fast = constants, fast
+        return fast
 
-    def give_up(self, constants: Constants) -> None:
-        """Note that an integrator takes too many steps."""
-        self._stiff.add(self._matrix(constants).tobytes())
-
-    def _matrix(self, constants: Constants) -> Array:
-        """Return the rates of states a second, by states, shape (n, n)."""
-        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
-        n = self.dimension
-        return np.asarray(self.jacobians(np.zeros((1, n)), np.zeros(1), second)[0])
+    def _fastest(self, constants: Constants) -> float:
+        """Return the largest modulus of the eigenvalues a phase, zero if it is not large."""
+        n, scales = self.dimension, constants.scales
+        states = np.concatenate([np.zeros((1, n)), np.diag(scales)])
+        rates = self.rates(states, np.zeros(n + 1), constants) / scales
+        matrix = rates[1:] - rates[0]
+        bound = float(np.abs(matrix).sum(axis=1).max())
+        if not AFFINE.fast < bound < np.inf:
+            return 0.0
+        return float(np.abs(np.linalg.eigvals(matrix)).max())
 
     def solutions(self, constants: Constants) -> AffineSolutions | None:
         """Return all solutions, None where no closed form has enough digits."""
@@ -241,8 +249,7 @@ class AffineFlow(Flow):
 
     def _closed(self, constants: Constants) -> AffineSolutions | None:
         """Return all solutions where they take less time than an integrator; None elsewhere."""
-        many = self.dimension >= AFFINE.states
-        if not many and (constants.values.ndim > 1 or not self.is_given_up(constants)):
+        if self.dimension < AFFINE.states and not self.takes_many_steps(constants):
             return None
         return self.solutions(constants)
 
@@ -250,7 +257,8 @@ class AffineFlow(Flow):
         n = self.dimension
         if constants.values.ndim > 1:
             return None
-        matrix = self._matrix(constants)
+        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
+        matrix = self.jacobians(np.zeros((1, n)), np.zeros(1), second)[0]
         key = matrix.tobytes()
         if key not in self._eigen:
             while len(self._eigen) >= 4:  # a branch in the frequency needs one
@@ -294,13 +302,7 @@ class AffineFlow(Flow):
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array, Array]:
         """Propagate states and their derivatives from one phase to another."""
-        varied = directions.ndim > 2 or constants.values.ndim > 1
-        if self.dimension < AFFINE.states and not (varied or self.is_given_up(constants)):
-            known = super().linearize(states, start, end, constants, directions)
-            if np.isfinite(known[1]).all() or not np.isfinite(states).all():
-                return known
-            self.give_up(constants)
-        found = None if varied else self.solutions(constants)
+        found = self._closed(constants) if directions.ndim == 2 else None
         pushed = None if found is None else self._pushes(constants, directions, found.units)
         if found is None or pushed is None:
             return super().linearize(states, start, end, constants, directions)

@@ -15,7 +15,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.affine_events import AffineEvents, pays
-from slipfold.flow.affine_flow import AffineFlow, flow_of_rates
+from slipfold.flow.affine_flow import flow_of_rates
 from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import ContactQuantities, ContactsNow
@@ -72,7 +72,7 @@ class CompiledMode:
             is_zero(equations.field[index]) for index in self.held
         )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
-        self.flow = flow_of_rates(equations)
+        self.flow = flow_of_rates(equations) if mode.slow is None else Flow(equations)
         self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
@@ -444,19 +444,8 @@ class HybridSystem:
         self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool = False
     ) -> SmoothPhase:
         """Integrate a state in a mode until the mode changes. Shapes: state (n,)."""
-        part = self._exactly(mode, state, begin, end, dense=dense)
-        part = part or self._integrated(mode, state, begin, end, dense=dense)
-        if part.event is not None and part.event.ending is Ending.STIFF:
-            flow = self.flow.of(mode)
-            if isinstance(flow, AffineFlow) and not flow.is_given_up(self.constants):
-                flow.give_up(self.constants)
-                return self._exactly(mode, state, begin, end, dense=dense) or part
-        return part
-
-    def _integrated(
-        self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
-    ) -> SmoothPhase:
-        """Do so by an integrator."""
+        if exact := self._exactly(mode, state, begin, end, dense=dense):
+            return exact
         ready = self.flow.ready(mode, self.constants, self.weights)
         ready.set_out(state, begin)
         if ready.compiled.slow is not None or dense:

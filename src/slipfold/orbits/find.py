@@ -226,8 +226,9 @@ class _Search:
         last = motion.periods
         for item in motion.sticking.intervals if forced and motion.sticking is not None else ():
             if item.state == "stick" and item.begin <= last - 1 and item.end >= last:
+                name = "" if item.contact == "contact" else f" {item.contact}"
                 raise InputError(
-                    f"the contact {item.contact} of {model.name} sticks for good, so it may rest "
+                    f"the contact{name} of {model.name} sticks for good, so it may rest "
                     "anywhere in a range and no orbit stands alone; begin where it slips, or put "
                     "a stiff spring in its place: what it holds so vibrates as without friction"
                 )
