@@ -12,10 +12,10 @@ from slipfold.collocation_points import gauss_points
 from slipfold.continuation.newton import correct
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modal_answers import ModalAnswers
-from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of
+from slipfold.flow.modal_equations import ForcedIntervals, ModalChoice, modal_equations_of
 from slipfold.flow.modal_segments import joined, solve_segments
 from slipfold.orbits.kinds import orbits_at
-from slipfold.orbits.modal_shooting import ModalChoice, ModalShooting, segments_for, shooting_for
+from slipfold.orbits.modal_shooting import ModalShooting, segments_for, shooting_for
 from slipfold.orbits.shooting import Shooting
 
 FREE = {"f": 0.1, "F": 1.0, "alpha_M": 0.1, "mu_k": 1.0, "k3": 10.0, "e": 0.1}
@@ -220,7 +220,7 @@ def test_special_points_are_those_of_the_flow():
 def folds(model, choice):
     """A branch with folds, and where the locus of the first leaves a window."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("slipfold.orbits.modal_shooting.CHOICE", choice)
+        patch.setattr("slipfold.flow.modal_equations.CHOICE", choice)
         branch = sf.response(model, vary="f", span=(0.82, 1.0)).branches[0]
         window = {"f": (0.8, 1.1), "F": (9.8, 10.2)}
         locus = sf.locus(branch.special[0], vary=("f", "F"), window=window).loci[0]

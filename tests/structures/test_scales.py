@@ -7,6 +7,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.bifurcations.branches.response import trace_response
+from slipfold.flow.flow import Flow
+from slipfold.flow.modal_equations import ModalChoice
 from slipfold.flow.scales import measured
 
 
@@ -94,6 +96,24 @@ def test_rounding_of_a_mean_force_couples_no_modes():
         scales = measured(model.replace(f=frequency)).state_scales()
         per_turn = scales[4:] / scales[:4] / (math.tau * model.natural_frequencies)
         assert np.log2(per_turn) == pytest.approx(0.0, abs=1)
+
+
+def test_scales_of_many_modes_need_no_compiled_integrator(monkeypatch):
+    law = sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.01)
+    chain = sf.Structure(
+        np.eye(3),
+        sf.ProportionalDamping(beta_K=2e-3),
+        100.0 * (2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)),
+        contacts=sf.FrictionContact("q3", law, load=1.0, Vd=0.0),
+        forcing=sf.HarmonicForce("q1", F=3.0),
+        f=1.1,
+    )
+    by_flow = measured(chain)
+    monkeypatch.setattr("slipfold.flow.modal_equations.CHOICE", ModalChoice(states=0))
+    monkeypatch.setattr(Flow, "trajectory", None)
+    by_modes = measured(chain)
+    np.testing.assert_array_equal(by_modes.state_scales(), by_flow.state_scales())
+    np.testing.assert_array_equal(by_modes.step_scales(), by_flow.step_scales())
 
 
 def test_a_plate_that_hardly_moves_at_first_does_not_set_the_scale():

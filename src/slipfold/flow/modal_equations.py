@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +16,9 @@ from slipfold.arrays import Array, Indices
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.compiled_code import Evaluated, shared_by_kind
 from slipfold.flow.equations import Constants, Equations, model_symbols
+from slipfold.flow.flow import flow_of
 from slipfold.flow.modal_answers import ModalAnswers, Some
+from slipfold.flow.modes import contacts_of
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.modal_form import ModalForm
 from slipfold.models.model import Model
@@ -166,6 +169,30 @@ def modal_equations_of(model: Model) -> ModalEquations | None:
     symbols = model_symbols(model)
     form = model.modal_form(symbols.coefficients, symbols.phase)
     return None if form is None else ModalEquations(model, form)
+
+
+@dataclass(frozen=True)
+class ModalChoice:
+    """From where modal shooting is quicker than the compiled flow."""
+
+    states: int = 24  # a chain of ten masses takes three times as long, of twenty a third
+    # Of the fastest mode in a period. Points of beams take 37 ms with 62 turns (5 modes), of the
+    # flow 28; with 96 (a static shape more) 32 and 37; with 173 (8 modes) 32 and 83
+    turns: float = 80.0
+
+
+CHOICE = ModalChoice()
+
+
+def modes_serve(model: Model) -> bool:
+    """Whether motions in slip are computed by modes, so that no integrator is compiled for them."""
+    slips = model.forced and not contacts_of(model)
+    equations = modal_equations_of(model) if slips else None
+    if equations is None:
+        return False
+    period = flow_of(model).constants(model.vector).period
+    turns = math.sqrt(max(float(equations.squares.max()), 0.0)) * period / (2 * math.pi)
+    return len(model.states) >= CHOICE.states or turns >= CHOICE.turns
 
 
 class ForcedIntervals:

@@ -15,6 +15,8 @@ from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of
+from slipfold.flow.intervals import Field, LinearPart
+from slipfold.flow.modal_equations import modes_serve
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
@@ -29,6 +31,7 @@ class ScaleSettings:
     fast: float = 64.0
     periods: int = 8  # of a trial trajectory: a resonance shows, an instability is still small
     samples: int = 16  # of it a period
+    trial: float = 1e-8  # its error a step by modes: scales are powers of two, which hardly change
     rounding: float = 1e-9  # of the displacement at rest, or of the fastest rate
     # Relative changes of states and coefficients that show which derivatives are rounding errors:
     # several, since two evaluations may round alike
@@ -448,13 +451,37 @@ class _View:
             return np.asarray(np.ptp(nodes, axis=0) / 2)
         constants = self.flow.constants(self.model.vector, power_of_two(sizes))
         grid = np.linspace(0.0, SCALES.periods, SCALES.periods * SCALES.samples + 1)
-        states = self.flow.trajectory(self.rest, constants, grid, patient=False)[1:]
+        states = self._trial(constants, grid)[1:]
         reached = np.ptp(states.reshape(SCALES.periods, SCALES.samples, -1), axis=1) / 2
         whole = reached[np.isfinite(reached).all(axis=1)]
         if len(whole):
             return np.asarray(np.median(whole, axis=0))
         part = states[np.isfinite(states).all(axis=1)]
         return np.ptp(part, axis=0) / 2 if len(part) > 1 else sizes
+
+    def _trial(self, constants: Constants, grid: Array) -> Array:
+        """Return the states of a trajectory from rest at the phases of a grid, NaN beyond its end.
+
+        An integrator of many states takes longer to compile than all orbits by modes.
+        """
+        if not modes_serve(self.model):
+            return self.flow.trajectory(self.rest, constants, grid, patient=False)
+        from scipy.integrate import solve_ivp  # takes a while to load
+
+        field = Field(self.flow, constants, constants.scales, [], LinearPart())
+        found = solve_ivp(
+            lambda phase, state: field.rates(state, np.asarray(phase)),
+            (grid[0], grid[-1]),
+            self.rest / field.scales,
+            "LSODA",
+            grid,
+            jac=lambda phase, state: field.jacobians(state, np.asarray(phase)),
+            rtol=SCALES.trial,
+            atol=SCALES.trial,
+        )
+        states = np.full((len(grid), len(self.rest)), np.nan)
+        states[: len(found.t)] = found.y.T * field.scales
+        return states
 
     def _bent_distance(self, group: NDArray[np.bool_]) -> float:
         """Return the distance from rest, in balanced states, at which rates bend, or NaN."""

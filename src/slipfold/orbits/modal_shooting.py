@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
-from slipfold.flow.flow import flow_of
-from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of, times
+from slipfold.flow.modal_equations import (
+    ForcedIntervals,
+    modal_equations_of,
+    modes_serve,
+    times,
+)
 from slipfold.flow.modal_segments import SWEEP, ModalSegments, in_time, joined, solve_segments
-from slipfold.flow.modes import contacts_of
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut
 from slipfold.orbits.meshes import (
@@ -442,19 +445,6 @@ def _repeating(each: int, segments: int, copies: int) -> int:
     return -(-each // unit) * unit
 
 
-@dataclass(frozen=True)
-class ModalChoice:
-    """From where modal shooting is quicker than the compiled flow."""
-
-    states: int = 24  # a chain of ten masses takes three times as long, of twenty a third
-    # Of the fastest mode in a period. Points of beams take 37 ms with 62 turns (5 modes), of the
-    # flow 28; with 96 (a static shape more) 32 and 37; with 173 (8 modes) 32 and 83
-    turns: float = 80.0
-
-
-CHOICE = ModalChoice()
-
-
 def segments_for(model: Model) -> int:
     """Return the number of segments of an orbit, such that they can be images of each other."""
     equations = modal_equations_of(model)
@@ -467,11 +457,4 @@ def segments_for(model: Model) -> int:
 
 def shooting_for(model: Model) -> Cut:
     """Return how orbits in slip are cut into segments."""
-    slips = model.forced and not contacts_of(model)
-    equations = modal_equations_of(model) if slips else None
-    if equations is None:
-        return Shooting
-    period = flow_of(model).constants_of(model).period
-    turns = math.sqrt(max(float(equations.squares.max()), 0.0)) * period / (2 * math.pi)
-    many = len(model.states) >= CHOICE.states or turns >= CHOICE.turns
-    return ModalShooting if many else Shooting
+    return ModalShooting if modes_serve(model) else Shooting
