@@ -1,13 +1,17 @@
 """Loci of cycles against responses in one parameter, other integrators and exact symmetries."""
 
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from slipfold.bifurcations.loci.locus_equations import LocusEquations
+from slipfold.bifurcations.loci.start import _at_parent
 from slipfold.models.registry import model_named
+from slipfold.orbits.kinds import orbits_of
 
 QUIET = sf.Settings(largest_period=1)
 WINDOW = ((0.4, 0.9), (0.7, 1.4))
@@ -142,3 +146,22 @@ def test_a_tongue_of_entrainment_ends_where_nothing_forces():
     near = locus.values[:, 1] < 1e-3
     assert near.sum() > 3
     assert locus.values[near, 0] - 1 == pytest.approx(locus.values[near, 1], rel=1e-3, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("radius", "turns", "becomes"),
+    [(1.0, 2, "become those of half the period"), (1e-3, 1, "shrink to an equilibrium")],
+)
+def test_what_the_orbits_of_a_locus_become_where_their_halves_are_the_same(radius, turns, becomes):
+    # A cycle that settled after it had doubled is one of period 1, and was said to shrink.
+    model = sf.System(
+        name="hopf",
+        parameters={"p": 1.0, "q": 1.0},
+        states={"x": "p*x - q*y - x*(x^2 + y^2)", "y": "q*x + p*y - y*(x^2 + y^2)"},
+    ).replace(duration=2 * np.pi * turns)
+    orbits = orbits_of(model.with_scales(np.ones(2)), {"p": 1.0, "q": 1.0}, 1, 8)
+    angles = 2 * np.pi * turns * np.arange(8) / 8
+    nodes = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    last = SimpleNamespace(z=orbits.unknown(nodes, model))
+    end = _at_parent(LocusEquations(orbits, "LP"), last, None).end
+    assert end.reason == f"the locus ends where its orbits {becomes}"

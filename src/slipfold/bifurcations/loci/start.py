@@ -407,12 +407,15 @@ class EndsAtParent:
 
 def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:
     """Return the end of a locus where the halves of its orbits become the same."""
-    reason = f"the locus ends where its orbits {_shrinking(curve.orbits)}"
+    reason = f"the locus ends where its orbits {_shrinking(curve.orbits, last.z)}"
     return Stop(last, End("codimension-2", reason, curve.place(last.z)), reached=last)
 
 
-def _shrinking(orbits: Orbits) -> str:
-    doubled = orbits.period % 2 == 0
+def _shrinking(orbits: Orbits, z: Array) -> str:
+    """Say what orbits become whose halves are about the same: a cycle may have doubled unseen."""
+    extent = float((np.ptp(orbits.nodes(z), axis=0) / orbits.scales).max())
+    apart = float(np.linalg.norm(asymmetry(orbits, z)))
+    doubled = orbits.period % 2 == 0 or extent > RULES.parent * max(apart, RULES.near_parent)
     return "become those of half the period" if doubled else "shrink to an equilibrium"
 
 
@@ -480,7 +483,9 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
         return None
     beyond = replace(point, arclength=last.arclength + gaps[nearest])
     name = CODIMENSION_TWO[found.type].title
-    reason = f"the locus ends at {found.type}, {name}, where its orbits {_shrinking(orbits)}"
+    reason = (
+        f"the locus ends at {found.type}, {name}, where its orbits {_shrinking(orbits, last.z)}"
+    )
     end = End("codimension-2", reason, found.point.curve.place(found.point.z))
     return Stop(last, end, beyond, reached=found.point)
 
