@@ -194,6 +194,32 @@ def test_intervals_hold_the_truth_of_friction_and_damping():
     assert coverage(truth, {"mu": (0.3, 0.7), "zeta1": (0.002, 0.05)}, seen, COUNT) < 0.985
 
 
+@pytest.mark.parametrize("rounds", [2, 8])
+def test_an_interrupted_fit_keeps_the_best_values_so_far(noisy, fitted, rounds):
+    seen = []
+
+    def interrupt(progress):
+        seen.append(progress.values["distance"])
+        if len(seen) == rounds:
+            raise KeyboardInterrupt
+
+    found = sf.fit(LINEAR, noisy, {"k": (0.5, 2.0), "d": (0.02, 0.5)}, on_progress=interrupt)
+    assert (len(seen), found.interrupted, found.converged) == (rounds, True, False)
+    freedom = (len(noisy) - 2) / len(noisy)
+    assert found.residual_std == pytest.approx(min(seen) / np.sqrt(freedom), rel=1e-9)
+    assert np.isnan([[item.low, item.high] for item in found.estimates]).all()
+    assert "Interrupted: these are the best values so far" in found.summary()
+    assert not fitted.interrupted
+
+
+def test_equal_measurements_that_a_model_meets_are_not_said_to_be_far_from_it():
+    reach = amplitude(1.0, 1.1, LINEAR.d, LINEAR.F)
+    seen = measured([reach] * 3, values=np.full(3, 1.0))
+    found = sf.fit(LINEAR, seen, {"k": (1.05, 2.0)}, k=1.2)
+    assert found["k"].value == pytest.approx(1.1, rel=1e-9)
+    assert found.message == ""
+
+
 def test_an_interrupted_branch_is_not_taken_for_a_whole_one(monkeypatch):
     from slipfold.parameter_space import stable_orbits
 

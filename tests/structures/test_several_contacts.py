@@ -75,7 +75,7 @@ def test_forces_of_a_group_need_no_level():
 
 @pytest.mark.parametrize(("parts", "words"), [
     ([CubicSpring("a", k3=1.0, group="s"), CubicSpring("b", k3=2.0, group="s")],
-     "k3_s is 1 in one component of the group and 2 in another"),
+     "k3_s is 1 in one component of a group and 2 in another"),
     ([sf.LinearSpring("a", group="s"), GapSpring("b", e=1, group="s")],
      "k_s is stiffness of a spring and stiffness of a stop in components of one group"),
 ])  # fmt: skip

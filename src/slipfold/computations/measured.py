@@ -189,6 +189,7 @@ def fit(
         used=used,
         residual_std=result.residual_std,
         converged=result.converged,
+        interrupted=result.interrupted,
         message=result.message,
         provenance=provenance(perf_counter() - started),
     )

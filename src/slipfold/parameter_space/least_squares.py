@@ -264,6 +264,7 @@ class Fitted:
     estimates: tuple[Estimate, ...]
     residual_std: float  # root mean square of the weighted residuals, by degrees of freedom
     converged: bool
+    interrupted: bool  # so that these are the best values so far, without intervals
     message: str
 
 
@@ -273,7 +274,10 @@ def find_fit(
     bounds: Mapping[str, tuple[float, float]],
     observer: Observer | None = None,
 ) -> Fitted:
-    """Find parameters within bounds with which stable responses are nearest to a measurement."""
+    """Find parameters within bounds with which stable responses are nearest to a measurement.
+
+    An interruption keeps the best values so far.
+    """
     if not bounds:
         raise InputError("no parameter is fitted; give at least one with its bounds")
     if measurement.vary in bounds:
@@ -293,20 +297,31 @@ def find_fit(
             text = f"{named}  distance {distance:.3g}"
             observer(Progress("rounds", len(known), None, text, {**values, "distance": distance}))
 
-    near, scale = _best_start(measured, model, report)
-    for _ in range(LIMITS.rounds):
-        best, scale, converged = best_of_rounds(near, measured.names, report, scale, LIMITS.close)
-        fit = _Fit(best, scale)
-        try:
-            ends = fit.intervals(known, report)
-            break
-        except BetterFit as better:
-            near = better.found
-    else:
-        ends, converged = measured.ends.T, False
+    interrupted = converged = False
+    try:
+        near, scale = _best_start(measured, model, report)
+        for _ in range(LIMITS.rounds):
+            near, scale, converged = best_of_rounds(
+                near, measured.names, report, scale, LIMITS.close
+            )
+            fit = _Fit(near, scale)
+            try:
+                ends = fit.intervals(known, report)
+                break
+            except BetterFit as better:
+                near = better.found
+        else:
+            ends, converged = measured.ends.T, False
+    except KeyboardInterrupt:
+        if not known:
+            raise
+        interrupted, converged, scale = True, False, min(item.scale for item in known)
+        fit = _Fit(min(known, key=lambda item: item.cost(scale)), scale)
+        ends = np.full_like(measured.ends.T, np.nan)
     estimates = fit.estimates(ends)
-    message = fit.message(estimates, converged)
-    return Fitted(best, scale, estimates, fit.residual_std, converged, message)
+    message = fit.message(estimates, converged, interrupted)
+    std = fit.residual_std
+    return Fitted(fit.best, scale, estimates, std, converged, interrupted, message)
 
 
 def _best_start(measured: Weighted, model: Model, report: Report) -> tuple[Explanation, float]:
@@ -421,19 +436,21 @@ class _Fit:
             )
         return tuple(result)
 
-    def message(self, estimates: Sequence[Estimate], converged: bool) -> str:
+    def message(self, estimates: Sequence[Estimate], converged: bool, interrupted: bool) -> str:
         """Return warnings about a fit, empty if there are none."""
         said = []
-        if not converged:
+        if interrupted:
+            said.append("interrupted: these are the best values so far, without intervals")
+        elif not converged:
             said.append("the fit has not converged; begin nearer, or fit fewer parameters")
         if self.measured.known and _likelihood(self.best, self.scale) < LIMITS.unlikely:
             said.append("the measurements lie farther from the model than their errors explain")
-        if not self.measured.known and self._explains_nothing:
+        uncertain = self.measured.known or self.residual_std > LIMITS.exact
+        if not self.measured.known and uncertain and self._explains_nothing:
             said.append(
                 "the measurements lie farther from the model than from their own means; check "
                 "their units"
             )
-        uncertain = self.measured.known or self.residual_std > LIMITS.exact
         for item in estimates:
             width, linear = item.high - item.low, 2 * self.reach * item.error
             if not np.isfinite(item.error):

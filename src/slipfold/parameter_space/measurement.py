@@ -364,7 +364,7 @@ def _check_columns(columns: Sequence[_Column], path: str | Path) -> None:
         if item.is_error and item.quantity not in measured:
             raise InputError(
                 f"{path} has errors of {item.quantity} but no measurements of it; give a column "
-                f"'{item.quantity} [{item.unit}]'"
+                f"'{item.quantity} [{item.unit or '1'}]'"
             )
 
 

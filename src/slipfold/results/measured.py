@@ -270,7 +270,9 @@ class Fit(Result):
 
     title = "parameters of {0.model.name} fitted to a measured response"
     rows = "row"
-    recorded = ("residual_std", "converged", "message", "predicted", "period", "used")
+    recorded = (
+        "residual_std", "converged", "interrupted", "message", "predicted", "period", "used",
+    )  # fmt: skip
 
     model: Model
     measurement: Annotated[Measurement, MEASUREMENT]
@@ -292,6 +294,9 @@ class Fit(Result):
     ]
     message: Annotated[str, "Warnings about the fit; empty if there are none."]
     provenance: Provenance
+    interrupted: Annotated[
+        bool, "Whether the fit was interrupted: these are the best values so far, without intervals"
+    ] = False
 
     def __getitem__(self, name: str) -> Estimate:
         """Return the estimate of a parameter."""
@@ -326,7 +331,7 @@ class Fit(Result):
                 headed(item),
                 number_text(item.value, 10),
                 f"{item.error:.2g}",
-                f"{item.low:.6g} to {item.high:.6g}" + _open(item),
+                "" if self.interrupted else f"{item.low:.6g} to {item.high:.6g}" + _open(item),
                 " ".join(f"{value:+.3f}" for value in item.correlation),
             ]
             for item in self.estimates

@@ -29,6 +29,7 @@ INTERRUPTIBLE = frozenset(
         "slipfold.bifurcations.loci.regions.map_regions",
         "slipfold.long_term.exponents.follow_exponents",
         "slipfold.long_term.search.search",
+        "slipfold.parameter_space.least_squares.find_fit",
         "slipfold.studies.run.first_finished",
         "slipfold.studies.run.compute",
     }

@@ -414,8 +414,8 @@ def _values_beside(item: Component, others: Mapping[str, float]) -> dict[str, fl
             continue
         if value != parameter.default:
             raise InputError(
-                f"{name} is {others[name]:g} in one component of the group and {value:g} in "
-                "another; give it to one of them, or leave it out of the group"
+                f"{name} is {others[name]:g} in one component of a group and {value:g} in "
+                "another; give each a name of its own, or one value to all"
             )
         values[name] = others[name]
     return values
