@@ -64,6 +64,20 @@ class EndInSight(Ending):
         return points[-1].z[0] / -points[-1].tangent[0]
 
 
+class Enlarged(Polynomials):
+    """A curve that is described three times as large from behind its second fold."""
+
+    def renewed(self, points):
+        last = points[-1]
+        if last.z[0] < 1 / np.sqrt(3):
+            return None
+        larger = [
+            replace(item, z=3 * item.z, arclength=3 * item.arclength - 2 * last.arclength)
+            for item in points[-3:]
+        ]
+        return Polynomials(3 * self.height.coef / 3 ** np.arange(4)), larger
+
+
 class Reaches:
     """Ends a curve where x has a value."""
 
@@ -132,6 +146,18 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
     assert lost
     assert trail.end.kind == "window"
     assert np.diff([point.arclength for point in trail.points]).max() <= 0.05
+
+
+def test_points_stay_in_order_where_a_curve_is_described_in_another_way():
+    curve = Enlarged(cubic(1.0).height.coef)
+    trail = followed(curve, [Zeros(curve)])
+    places = np.array([point.arclength for point in trail.points])
+    assert (np.diff(places) > 0).all()
+    assert [item.type for item in trail.found] == ["fold", "fold"]
+    for item in trail.found:
+        after = np.searchsorted(places, item.point.arclength)
+        rises = [point.tangent[1] > 0 for point in trail.points[after - 1 : after + 1]]
+        assert rises[0] != rises[1]
 
 
 def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic
+
+import numpy as np
 
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.end import End
@@ -148,8 +150,22 @@ class _Follower(Generic[P]):
         if renewed is None:
             return False
         traced.curve, points = renewed
-        traced.points[-len(points) :] = points
+        # Their distances are other numbers now; the first of them stays where it is.
+        known = [item.arclength for item in traced.points[-len(points) :]]
+        own = [item.arclength - points[0].arclength + known[0] for item in points]
+        traced.points[-len(points) :] = map(_moved, points, own)
+        traced.found = [
+            replace(item, point=_moved(item.point, np.interp(item.point.arclength, known, own)))
+            if item.point.arclength > known[0]
+            else item
+            for item in traced.found
+        ]
         return True
+
+
+def _moved(point: P, arclength: Any) -> P:
+    """Return a point at another place of its curve."""
+    return replace(point, arclength=float(arclength))
 
 
 def _leaves_at_once(
