@@ -41,6 +41,8 @@ def test_along_a_branch_and_in_a_figure(oscillator):
     branch = diagram.branches[0]
     exact = 20 * np.log10(amplitude(branch.parameter) / math.sqrt(2))
     np.testing.assert_allclose(branch.level("x", 1), exact, atol=1e-7)
+    power = [branch.orbit(0).mean("power_damping"), branch.orbit(-1).mean("power_damping")]
+    assert branch.mean("power_damping")[[0, -1]].tolist() == power
     ax = diagram.plot("x", measure="level re 1 um")
     assert ax.get_ylabel() == "level of x (dB re 1 um)"
     drawn = np.concatenate([line.get_xydata() for line in ax.lines if len(line.get_xdata()) > 9])

@@ -330,7 +330,8 @@ def _padded(harmonics: Complex, count: int) -> Complex:
 
 def _range(matrix: Array, small: float) -> Array:
     """Return an orthonormal basis of the columns. Shapes: (n, m) -> (n, rank)."""
-    vectors, values, _ = np.linalg.svd(np.linalg.qr(matrix.T)[1].T)
+    triangle = np.asarray(np.linalg.qr(matrix.T, mode="r"))
+    vectors, values, _ = np.linalg.svd(triangle.T)
     return np.asarray(vectors[:, : int(np.count_nonzero(values > small))])
 
 

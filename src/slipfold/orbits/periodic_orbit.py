@@ -69,8 +69,13 @@ class Measured:
         """
         raise NotImplementedError
 
-    def rms(self, output: str) -> Any:
-        """Return the root mean square of one output over the period, its mean included.
+    def mean(self, output: str) -> Any:
+        """Return the mean of one output over the period.
+
+        The mean of a power times `duration` is the energy of a cycle: that which a contact with the
+        name ``"tip"`` dissipates is ``orbit.mean("power_friction_tip") * orbit.duration``. Samples
+        are doubled until the mean no longer changes; of smooth outputs it has all digits then, of
+        those with corners, as where a contact sticks, about seven.
 
         Parameters
         ----------
@@ -81,8 +86,25 @@ class Measured:
         ------
         InputError
             If there is none of that name.
+
+        Examples
+        --------
+        >>> import slipfold as sf
+        >>> orbit = sf.periodic_orbit(sf.built_in_models()["duffing"](W=0.5))
+        >>> abs(orbit.mean("v")) < 1e-12
+        True
         """
-        raise NotImplementedError
+        return self._each(lambda orbit: float(orbit._mean(output, lambda *_: 1.0)))
+
+    def rms(self, output: str) -> Any:
+        """Return the root mean square of one output over the period, its mean included.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model.
+        """
+        return self._each(lambda orbit: math.sqrt(orbit._mean(output, lambda _, values: values)))
 
     def harmonic(self, output: str, number: int = 1) -> Any:
         """Return the amplitude of a harmonic of one output.
@@ -93,13 +115,13 @@ class Measured:
             A state or output of the model.
         number
             That of the harmonic: its frequency is so many times that of the forcing, or of a cycle.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
         """
-        raise NotImplementedError
+
+        def amplitude(orbit: PeriodicOrbit) -> float:
+            turn = -2j * math.pi * number * orbit.period / orbit.duration
+            return 2 * abs(orbit._mean(output, lambda time, _: np.exp(turn * time)))
+
+        return self._each(amplitude)
 
     def level(self, output: str, reference: float | str | None = None) -> Any:
         """Return the level of one output in dB.
@@ -121,6 +143,16 @@ class Measured:
             If there is no such output, if the reference has another unit, or if none is given for
             an output without a standard one.
         """
+
+        def level(orbit: PeriodicOrbit) -> float:
+            unit = unit_of(orbit.model, output)
+            size = abs(orbit.mean(output)) if unit in POWERS else orbit.rms(output)
+            return reference_of(unit, reference).level(size)
+
+        return self._each(level)
+
+    def _each(self, measure: Callable[[PeriodicOrbit], float]) -> Any:
+        """Return a number of each orbit."""
         raise NotImplementedError
 
 
@@ -286,47 +318,8 @@ class PeriodicOrbit(Measured, OneLine):
         constants = flow.constants_of(self.model)
         return time, flow.outputs(states, time / constants.period, constants)
 
-    def mean(self, output: str) -> float:
-        """Return the mean of one output over the period.
-
-        The mean of a power times `duration` is the energy of a cycle: that which a contact with the
-        name ``"tip"`` dissipates is ``orbit.mean("power_friction_tip") * orbit.duration``. Samples
-        are doubled until the mean no longer changes; of smooth outputs it has all digits then, of
-        those with corners, as where a contact sticks, about seven.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
-
-        Examples
-        --------
-        >>> import slipfold as sf
-        >>> orbit = sf.periodic_orbit(sf.built_in_models()["duffing"](W=0.5))
-        >>> abs(orbit.mean("v")) < 1e-12
-        True
-        """
-        return float(self._mean(output, lambda *_: 1.0))
-
-    def rms(self, output: str) -> float:
-        """Return the root mean square of one output."""
-        return math.sqrt(self._mean(output, lambda _, values: values))
-
-    def harmonic(self, output: str, number: int = 1) -> float:
-        """Return the amplitude of a harmonic of one output."""
-        turn = -2j * math.pi * number * self.period / self.duration
-        return 2 * abs(self._mean(output, lambda time, _: np.exp(turn * time)))
-
-    def level(self, output: str, reference: float | str | None = None) -> float:
-        """Return the level of one output in dB."""
-        unit = unit_of(self.model, output)
-        size = abs(self.mean(output)) if unit in POWERS else self.rms(output)
-        return reference_of(unit, reference).level(size)
+    def _each(self, measure: Callable[[PeriodicOrbit], float]) -> float:
+        return measure(self)
 
     def _mean(self, output: str, weights: Callable[[Array, Array], Any]) -> Any:
         """Return the mean of one output times weights that times and values give."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any
@@ -213,17 +213,8 @@ class OrbitSeries(Measured, SolutionCurve):
             return self.extrema
         return self._extrema_of(slice(None), (output,))
 
-    def rms(self, output: str) -> Array:
-        """Return the root mean square of one output over each orbit, shape (n_points,)."""
-        return np.array([self.orbit(index).rms(output) for index in range(len(self))])
-
-    def harmonic(self, output: str, number: int = 1) -> Array:
-        """Return the amplitude of a harmonic of one output over each orbit, shape (n_points,)."""
-        return np.array([self.orbit(index).harmonic(output, number) for index in range(len(self))])
-
-    def level(self, output: str, reference: float | str | None = None) -> Array:
-        """Return the level of one output over each orbit in dB, shape (n_points,)."""
-        return np.array([self.orbit(index).level(output, reference) for index in range(len(self))])
+    def _each(self, measure: Callable[[PeriodicOrbit], float]) -> Array:
+        return np.array([measure(self.orbit(index)) for index in range(len(self))])
 
     def _extrema_of(self, rows: slice, outputs: Sequence[str] | None = None) -> Extrema:
         """Compute the extrema of outputs over some of the orbits."""
