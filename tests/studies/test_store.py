@@ -97,7 +97,10 @@ def test_one_begun_with_other_quantities_says_the_way_out(tmp_path):
         opened(folder, head={**head, "more": 1})
 
 
-def test_one_that_has_cases_is_not_used_unawares(kept):
+def test_one_that_has_cases_is_not_used_unawares(kept, tmp_path):
+    for _ in range(2):
+        with opened(tmp_path / "without.study", resume=False) as store:
+            assert store.done == 0
     with pytest.raises(InputError, match=r"holds 3 of 4 cases of this study; .* --resume"):
         opened(kept, resume=False)
 

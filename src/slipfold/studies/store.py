@@ -159,7 +159,7 @@ class Store:
             if not self._path.is_file():
                 raise InputError(self._cannot(error)) from error
         self._scan()
-        if self._size and not resume:
+        if self.done and not resume:
             raise InputError(
                 f"{self.folder} holds {self.done} of {self.total} cases of this study; "
                 "continue with --resume (resume=True), or give another --out"
