@@ -1,5 +1,7 @@
 """Derivatives of flows against complex steps through equations written by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -7,6 +9,7 @@ from scipy.linalg import expm
 from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import LinearOscillator
 from slipfold import SlidingOscillator
+from slipfold.flow import flow as flows
 from slipfold.flow.flow import flow_of
 
 RNG = np.random.default_rng(20260103)
@@ -54,6 +57,20 @@ def test_monodromy_matrix():
     assert ends[0] / SCALE == pytest.approx(integrate(STATE, P) / SCALE, abs=1e-11)
     scaled = (matrices[0] - expected) * SCALE / SCALE[:, None]
     assert np.max(np.abs(scaled)) < 1e-9
+
+
+@pytest.mark.parametrize("together", [24, 3])
+def test_derivatives_through_phases_are_those_to_each(together, monkeypatch):
+    monkeypatch.setattr(flows, "VARIATIONS", replace(flows.VARIATIONS, together=together))
+    states, along = STATE * np.array([[1.0], [0.9], [0.8]]), CONSTANTS.rates[:, [0, 1]]
+    start = np.array([0.0, 0.1, 0.3])
+    phases = start[:, None] + np.array([0.0, 0.05, 0.4, 1.0])
+    through = FLOW.linearize(states, start, phases, CONSTANTS, along)
+    for column, end in enumerate(phases.T):
+        to_each = FLOW.linearize(states, start, end, CONSTANTS, along)
+        for found, expected in zip(through, to_each, strict=True):
+            size = np.abs(expected).max(axis=0)
+            assert np.abs(found[:, column] - expected).max() <= 1e-12 * size.max()
 
 
 @pytest.mark.parametrize("name", [parameter.name for parameter in MODEL.parameters])

@@ -307,12 +307,14 @@ class Flow(Evaluated):
     ) -> tuple[Array, Array, Array]:
         """Propagate states and their derivatives from one phase to another.
 
+        Or through phases of their own, (m, p), the first of which is the start.
+
         Shapes: states (m, n); start, end (m,); directions (n_c, k), or (m, n_c, k); returns ends
-        (m, n), matrices (m, n, n), vectors (m, n, k).
+        (m, n), matrices (m, n, n), vectors (m, n, k), or (m, p, ...) each.
         """
         n = self.dimension
         ends, derivatives = self._vary(states, start, end, constants, directions)
-        return ends, derivatives[:, :, :n], derivatives[:, :, n:]
+        return ends, derivatives[..., :n], derivatives[..., n:]
 
     def _vary(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
@@ -345,16 +347,16 @@ class Flow(Evaluated):
                 self._code.variations(columns, along, tangent=size > n),
                 state.reshape(m * repeats, -1),
                 start if repeats == 1 else np.repeat(start, repeats),
-                end if repeats == 1 else np.repeat(end, repeats),
+                end if repeats == 1 else np.repeat(end, repeats, axis=0),
                 pars.reshape(m * repeats, -1),
             )
             if columns:
-                ends = finished[::repeats, :size] * scales
-            part = finished[:, size:].reshape(m, repeats, size, columns + along)
-            parts.append(part.swapaxes(1, 2).reshape(m, size, repeats * (columns + along)))
+                ends = finished[::repeats, ..., :size] * scales
+            part = finished[..., size:].reshape(m, repeats, *end.shape[1:], size, columns + along)
+            parts.append(np.moveaxis(part, 1, -2).reshape(*end.shape, size, -1))
         if len(parts) == 1:
             return ends, parts[0] * units
-        return ends, np.concatenate([parts[0][..., :n], parts[1]], axis=2) * units
+        return ends, np.concatenate([parts[0][..., :n], parts[1]], axis=-1) * units
 
     def _propagated(self, code: Any, state: Array, start: Array, end: Array, pars: Array) -> Array:
         """Propagate complete states of compiled code."""
@@ -363,7 +365,11 @@ class Flow(Evaluated):
             set_out(code, start[rows])
             code.state[:] = padded(state[rows]).T
             code.pars[:] = padded(pars[rows]).T
-            finished.append(propagated(code, end[rows]))
+            if end.ndim == 1:
+                finished.append(propagated(code, end[rows]))
+            else:
+                through = sampled(code, padded(end[rows]).T.copy())
+                finished.append(through.transpose(2, 0, 1)[: len(end[rows])])
         return joined(finished) if finished else state
 
     def curve(

@@ -25,8 +25,9 @@ class FormRules:
     """What is rounding in normal forms, and how finely cycles are sampled."""
 
     spanned: float = 1e-7  # part of a direction outside the span of others that is none
-    samples: int = 4  # samples of a segment, at least, over which a squared length is averaged
-    changed: float = 1e-10  # relative change of that mean, by as many samples again, that is none
+    samples: int = 32  # samples of a segment, at least, over which a squared length is averaged
+    denser: int = 4  # times as many where these are too few: it costs as much again
+    changed: float = 1e-10  # relative change of that mean, by every other sample, that is none
     most: int = 1 << 15  # samples of a cycle: a jump of a thousandth of it has a hundred
     # Distance from one at which a multiplier has an eigenvector besides the flow
     off_one: float = 1e-3
@@ -404,40 +405,36 @@ class ReturnMap:
     def mean_length(self, starts: Vector, ratios: Array, *, at_one: bool = False) -> float:
         """Return the root mean square, round the cycle, of a vector that is known at its nodes.
 
-        Samples are doubled until the mean does not change: over a period it converges
-        exponentially.
+        Samples are taken more densely until every other one has the same mean: over a period it
+        converges exponentially.
 
         Shapes: starts (m, n); ratios (n,).
         """
-        begin, end = self._edges()
-        spacing, phases, states, vectors = end - begin, begin, self._nodes, starts
-        mean = self._mean_square(phases, states, vectors, ratios, at_one)
-        while len(phases) < FORMS.most:
-            spacing, before = spacing / 2, mean
-            later = phases + spacing[0]
-            ends, matrices = self._blocks(states, phases, later)
-            moved = np.einsum("jab,jb->ja", matrices, vectors)
-            mean = (before + self._mean_square(later, ends, moved, ratios, at_one)) / 2
-            enough = len(phases) >= FORMS.samples * len(begin)
-            if enough and abs(mean - before) < FORMS.changed * mean:
-                break
-            phases, states = np.concatenate([phases, later]), np.concatenate([states, ends])
-            vectors = np.concatenate([vectors, moved])
-        return float(np.sqrt(mean))
+        (begin, end), count = self._edges(), FORMS.samples
+        while True:
+            phases = np.linspace(begin, end, count, endpoint=False, axis=1)
+            states, matrices = self._blocks(self._nodes, begin, phases)
+            vectors = np.einsum("jpab,jb->jpa", matrices, starts)
+            squares = self._squares(phases, states, vectors, ratios, at_one)
+            mean, before = float(squares.mean()), float(squares[:, ::2].mean())
+            count *= FORMS.denser
+            if abs(mean - before) < FORMS.changed * mean or count * len(begin) > FORMS.most:
+                return math.sqrt(mean)
 
-    def _mean_square(
+    def _squares(
         self, phases: Array, states: Array, vectors: Vector, ratios: Array, at_one: bool
-    ) -> float:
-        """Return the mean square of vectors, at one of their parts across the flow.
+    ) -> Array:
+        """Return the squared lengths of vectors, at one of their parts across the flow.
 
-        Shapes: phases (q,); states, vectors (q, n); ratios (n,).
+        Shapes: phases (m, p); states, vectors (m, p, n); ratios (n,); returns (m, p).
         """
-        vectors = vectors * ratios
+        vectors, shape = vectors * ratios, states.shape
         if at_one:
-            rates = self._orbits.flow.rates(states, phases, self._constants) / self._scales * ratios
-            share = np.sum(vectors * rates, axis=1) / np.sum(rates**2, axis=1)
-            vectors = vectors - share[:, None] * rates
-        return float(np.mean(np.sum(np.abs(vectors) ** 2, axis=1)))
+            given = states.reshape(-1, shape[-1]), phases.ravel(), self._constants
+            rates = self._orbits.flow.rates(*given).reshape(shape) / self._scales * ratios
+            share = np.sum(vectors * rates, axis=-1) / np.sum(rates**2, axis=-1)
+            vectors = vectors - share[..., None] * rates
+        return np.asarray(np.sum(np.abs(vectors) ** 2, axis=-1))
 
     def _edges(self) -> tuple[Array, Array]:
         """Phases at which the segments begin and end."""
@@ -449,7 +446,7 @@ class ReturnMap:
         return matrix * self._rescaling[:, None] / self._rescaling
 
     def _blocks(self, states: Array, start: Array, end: Array) -> tuple[Array, Array]:
-        """Return where states are later, and their transition matrices."""
+        """Return where states are later, (m,) or (m, p) times, and their transition matrices."""
         orbits = self._orbits
         along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
         ends, matrices, _ = orbits.flow.linearize(states, start, end, self._constants, along)
