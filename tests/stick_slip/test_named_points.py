@@ -54,7 +54,7 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
         point, branch = named(model, "Ns_x", span)
         assert point.type == "STICK"
         assert point.value == pytest.approx(most, abs=point.uncertainty)
-        assert point.uncertainty < 1e-9
+        assert point.uncertainty < 1e-11
         sticks = branch.stuck_fraction > 1e-9
         assert (sticks == (branch.parameter > most + 1e-9)).all()
 

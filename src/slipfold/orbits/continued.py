@@ -99,7 +99,7 @@ class Met(NamedTuple):
     rounding: float  # of the last unknown, by errors of steps and what is left of the equations
 
 
-def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> Met | None:
+def locate_marginal_stops(orbits: Orbits, point: OrbitPoint, kind: str = "MEET") -> Met | None:
     """Return the orbit near another on which friction only just holds contacts that stop.
 
     An orbit that is its own symmetric image has several such stops at once. It may be neutral to
@@ -109,7 +109,7 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> Met | None:
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     nodes, constants = orbits.nodes(point.z), orbits.constants(point.z)
-    kind = by.met.kind if isinstance(by, MarginalShooting) else "MEET"
+    kind = by.met.kind if isinstance(by, MarginalShooting) else kind
     stops = MarginalShooting.stops_of(by, nodes, constants, kind)
     found = [stop for near, stop in stops if near < 1e-3]  # of what friction can hold
     for some in (found, found[:1]) if len(found) > 1 else (found,):

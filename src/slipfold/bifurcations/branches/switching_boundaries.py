@@ -146,8 +146,10 @@ class SwitchingBoundaries:
             return None
         last = boundary.before
         with suppress(*BREAKDOWNS):
-            if kind == "MEET":
-                met = locate_marginal_stops(self._orbits, last)
+            stops = kind in ("MEET", "STICK")
+            met = locate_marginal_stops(self._orbits, last, kind) if stops else None
+            # Where static friction is more, multipliers jump: the last orbit has those of its side
+            if kind == "MEET" or (met is not None and not _holds_more(met.point)):
                 return None if met is None else met.point
             change = _change_beside(last, kind, (last, boundary.after))
             if change is not None and change.piece == last.piece:
