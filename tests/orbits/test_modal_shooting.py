@@ -313,10 +313,11 @@ def test_what_couples_modes_at_few_places_is_a_force(parts):
     "parts",
     [
         {"G": {"omega": np.kron(np.eye(5), SKEW[:2, :2])}, "K": np.diag(np.arange(1.0, 11))},
+        {"C": np.diag([1.0, 2, 3])},
         {"contacts": sf.FrictionContact("x3", sf.Dahl(), **WALL)},
         {"contacts": sf.FrictionContact("x3", sf.Coulomb(), **WALL)},
     ],
-    ids=["everywhere", "memory", "sticking"],
+    ids=["everywhere", "as many", "memory", "sticking"],
 )
 def test_what_couples_modes_everywhere_is_left_to_the_flow(parts):
     assert shooting_for(sf.Structure(MASS, **GIVEN, f=1e-3)) is ModalShooting
