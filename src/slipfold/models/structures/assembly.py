@@ -69,6 +69,11 @@ class Placed:
     # Weights of the retained coordinates in each of its directions, shape (n_directions, r)
     rows: Array
 
+    def own(self, c: Symbols) -> dict[str, Expression]:
+        """Return the coefficients of the component by their own names."""
+        start = len(self.prefix)
+        return {key[start:]: value for key, value in c.items() if key.startswith(self.prefix)}
+
 
 class Assembly:
     """All that follows from a definition; shared by all models of it.
@@ -426,10 +431,9 @@ class Assembly:
     ) -> LocalState:
         """Return the state where a component acts; with accelerations if rates are given."""
         memory = tuple(q[item.component._full_name(one.name)] for one in item.component.memory())
-        start = item.prefix
         return LocalState(
             q,
-            {key[len(start) :]: value for key, value in c.items() if key.startswith(start)},
+            item.own(c),
             item.component._later(phase),
             tuple(self.displacement(row, q) for row in item.rows),
             tuple(self.displacement(row, q, "v") for row in item.rows),
@@ -481,6 +485,15 @@ class Assembly:
                 rates |= dict(zip(names, contact.memory_rates, strict=True))
         return rates
 
+    def modes(self) -> tuple[Array, Array, Array]:
+        """Return squared circular frequencies, shapes and their inverse: (r,), (r, r), (r, r)."""
+        mass, stiffness = self.mass, self.stiffness
+        if is_diagonal(mass) and is_diagonal(stiffness):
+            return np.diag(stiffness) / np.diag(mass), np.eye(len(mass)), np.eye(len(mass))
+        squares, shapes = lowest_modes(stiffness, mass)
+        moved = shapes.T @ mass
+        return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
+
     @cached_property
     def modal(self) -> tuple[Array, Array, Array] | None:
         """Squared circular frequencies, shapes, and the map from displacements to modes.
@@ -494,11 +507,8 @@ class Assembly:
         simple = is_diagonal(self.mass) or self.inertia.parts
         if simple or not self.symmetric or self.size > MATRICES.modal:
             return None
-        squares, shapes = lowest_modes(self.stiffness, self.mass)
-        if squares[-1] <= MATRICES.wide * abs(squares[0]):
-            return None
-        moved = shapes.T @ self.mass
-        return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
+        squares = self.squares
+        return None if squares[-1] <= MATRICES.wide * abs(squares[0]) else self.modes()
 
     def _linear_terms(
         self, displacements: list[Expression], speeds: list[Expression], c: Symbols

@@ -11,7 +11,7 @@ from slipfold.models.modal_form import ModalForm
 from slipfold.models.quantities import Expression, Symbols
 from slipfold.models.structures.assembly import Assembly, Placed
 from slipfold.models.structures.component import LocalState, total
-from slipfold.models.structures.matrices import MATRICES, is_diagonal, lowest_modes
+from slipfold.models.structures.matrices import MATRICES
 
 
 def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalForm | None:
@@ -23,7 +23,7 @@ def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalFor
     remembers = any(item.component.memory() for item in assembly.placed)
     if assembly.inertia.parts or remembers or not assembly.symmetric:
         return None
-    squares, shapes, into = _modes(assembly)
+    squares, shapes, into = assembly.modes()
     dampings, coupling = [], [(part, True) for part in assembly.gyroscopic]
     coupling += [(part, False) for part in (*assembly.stiffening, *assembly.circulatory)]
     for key, matrix in assembly.damping:
@@ -39,16 +39,6 @@ def modal_form_of(assembly: Assembly, c: Symbols, phase: Expression) -> ModalFor
         forces.add(item, c, phase)
     symmetry = _symmetry(assembly, shapes, into)
     return ModalForm(squares, tuple(dampings), shapes, into, *forces.found(), symmetry)
-
-
-def _modes(assembly: Assembly) -> tuple[Array, Array, Array]:
-    """Return squared circular frequencies, shapes and their inverse: (r,), (r, r), (r, r)."""
-    mass, stiffness = assembly.mass, assembly.stiffness
-    if is_diagonal(mass) and is_diagonal(stiffness):
-        return np.diag(stiffness) / np.diag(mass), np.eye(len(mass)), np.eye(len(mass))
-    squares, shapes = lowest_modes(stiffness, mass)
-    moved = shapes.T @ mass
-    return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
 
 
 def _symmetry(assembly: Assembly, shapes: Array, into: Array) -> tuple[int, Array] | None:
@@ -96,11 +86,11 @@ class _Forces:
 
     def add(self, item: Placed, c: Symbols, phase: Expression) -> None:
         """Add what a component does."""
-        start, zero = item.prefix, np.zeros(self._assembly.size)
+        zero = np.zeros(self._assembly.size)
         rows = item.rows * self._assembly.length @ self._shapes
         local = LocalState(
             {},
-            {key[len(start) :]: value for key, value in c.items() if key.startswith(start)},
+            item.own(c),
             item.component._later(phase),
             tuple(self._motion(np.concatenate([row, zero])) for row in rows),
             tuple(self._motion(np.concatenate([zero, row])) for row in rows),
