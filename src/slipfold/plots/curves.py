@@ -81,6 +81,7 @@ def draw_design(found: Design, ax: Axes | None = None) -> Axes:
             label="designs")  # fmt: skip
     ax.plot(found.value, found.level, linestyle="none", marker="s", color="tab:orange",
             label="before")  # fmt: skip
+    ax.margins(0.08)  # markers in a corner would be cut
     parameter = found.model.parameter(found.vary)
     ax.set_xlabel(f"{found.type} at {parameter.label}")
     load = f"{parameter.symbol or parameter.name} = {found.load:g} {parameter.unit}".rstrip()

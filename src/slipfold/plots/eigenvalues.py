@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 from scipy.optimize import linear_sum_assignment
 
 from slipfold.arrays import Array, Complex
@@ -18,7 +16,7 @@ from slipfold.models.model import evaluation_of
 from slipfold.models.nonlinear_mode import OUTPUTS, NonlinearMode
 from slipfold.models.units import parse_quantity
 from slipfold.orbits.eigenvalues import eigenvalues_of
-from slipfold.plots.style import MEASURE_NAMES, label_axis, label_output, palette
+from slipfold.plots.style import MEASURE_NAMES, label_axis, label_output, palette, panels_of
 from slipfold.results.diagram import Diagram
 
 NOTHING = complex(math.nan, math.nan)
@@ -44,7 +42,7 @@ def draw_eigenvalues(diagram: Diagram, *, highest: float | str = math.inf, ax: A
     reach = 2 * math.pi * parse_quantity(highest, "Hz", "highest")
     if not reach > 0:
         raise InputError(f"highest = {highest} Hz; give a number > 0")
-    upper, lower = axes = _two(ax, 2, 1, sharex=True)
+    upper, lower = axes = panels_of(ax, 2, 1, sharex=True).ravel()
     for branch in branches:
         values, eigenvalues = _followed(branch)
         shown = (eigenvalues.imag > 0) & (eigenvalues.imag <= reach)
@@ -85,7 +83,7 @@ def draw_backbone(
     model = diagram.model
     if not isinstance(model, NonlinearMode):
         raise InputError(f"{model.name} is not a nonlinear mode; slipfold.backbone follows one")
-    left, right = axes = _two(ax, 1, 2, sharey=True)
+    left, right = axes = panels_of(ax, 1, 2, sharey=True).ravel()
     output = output or next((event.name for event in diagram.events), model.shown[0])
     for branch in diagram.branches:
         names = (output, *OUTPUTS)
@@ -98,19 +96,6 @@ def draw_backbone(
     right.set_xlabel("damping ratio (%)")
     label_output(left, "y", model, output, MEASURE_NAMES["max"])
     return axes
-
-
-def _two(ax: Any, rows: int, columns: int, **shared: Any) -> Any:
-    """Return two axes: those given, in place of one, or of a new figure."""
-    if ax is None:
-        return plt.subplots(rows, columns, layout="constrained", **shared)[1]
-    if not isinstance(ax, Axes):
-        return ax
-    place = ax.get_subplotspec()
-    if place is None:
-        raise InputError("the axes are no subplot; give one, or two axes")
-    ax.remove()
-    return place.subgridspec(rows, columns).subplots(**shared)
 
 
 def _followed(branch: Branch) -> tuple[Array, Complex]:

@@ -38,7 +38,7 @@ from slipfold.plots.regions import (
     shown_regions,
 )
 from slipfold.plots.response import limit_name
-from slipfold.plots.style import MARKERS, axes_or_new, label_axis, settle, within
+from slipfold.plots.style import MARKERS, axes_or_new, label_axis, legend_below, settle, within
 from slipfold.results.locus_diagram import LocusDiagram
 
 LOCUS_COLORS: Mapping[str, str] = MappingProxyType(
@@ -63,22 +63,16 @@ CONTACT_DASHES: Mapping[str, Any] = MappingProxyType(
 """Line styles of what is no bifurcation; all are black."""
 
 
-def locus_color(type_: str, colors: Mapping[str, str] = LOCUS_COLORS) -> str:
+def locus_color(type_: str) -> str:
     """Return the color of a type of locus."""
-    return colors.get(type_, "#000000")
+    return LOCUS_COLORS.get(type_, "#000000")
 
 
-def line_style(
-    type_: str,
-    period: int,
-    criticality: str,
-    colors: Mapping[str, str] = LOCUS_COLORS,
-    kind: str = "periodic",
-) -> dict[str, Any]:
+def line_style(type_: str, period: int, criticality: str, kind: str = "periodic") -> dict[str, Any]:
     """Return the line properties of a segment of a locus."""
     own = {"LP": "-" if kind == "equilibrium" else FOLD, **CONTACT_DASHES}
     return {
-        "color": locus_color(type_, colors),
+        "color": locus_color(type_),
         "linestyle": own.get(type_, DASHES[criticality]),
         "linewidth": WIDTHS.get(period, 0.7),
     }
@@ -149,13 +143,10 @@ MARK_NAMES = {
 
 
 def legend_options(
-    diagrams: Sequence[LocusDiagram],
-    colors: Mapping[str, str] = LOCUS_COLORS,
-    regions: bool = True,
-    width: float = np.inf,
+    diagrams: Sequence[LocusDiagram], regions: bool = True, width: float = np.inf
 ) -> dict[str, Any]:
     """Return what a legend shows, with lines, markers and shades in a column each if they fit."""
-    groups = [_lines(diagrams, colors), _marks(diagrams), _shades(diagrams) if regions else []]
+    groups = [_lines(diagrams), _marks(diagrams), _shades(diagrams) if regions else []]
     groups = [group for group in groups if group]
     # A column is 1.9 inches wide.
     columns = max(int(min(width / 1.9, len(groups))), 1)
@@ -170,18 +161,18 @@ def _nothing() -> Artist:
     return Line2D([], [], linestyle="none", label=" ")
 
 
-def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[Artist]:
+def _lines(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
     kinds = {
         (locus.type, locus.period, segment.kind, locus.kind, locus.quantity)
         for diagram in diagrams
         for locus in diagram.loci
         for segment in locus_segments(locus)
     }
-    order = [*colors, *CONTACT_DASHES]
+    order = [*LOCUS_COLORS, *CONTACT_DASHES]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
         text = locus_title(kind[0], kind[1], *kind[3:]) + ", " * bool(kind[2]) + kind[2]
-        handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colors, kind[3])))
+        handles.append(Line2D([], [], label=text, **line_style(*kind[:4])))
     return handles
 
 
@@ -237,7 +228,6 @@ def draw_loci(
     diagram: LocusDiagram,
     ax: Axes | None = None,
     *,
-    colors: Mapping[str, str] = LOCUS_COLORS,
     window: Window | None = None,
     regions: bool = True,
     annotate: bool = True,
@@ -264,7 +254,7 @@ def draw_loci(
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
         for segment in locus_segments(locus):
-            style = line_style(locus.type, locus.period, segment.kind, colors, locus.kind)
+            style = line_style(locus.type, locus.period, segment.kind, locus.kind)
             ax.plot(*segment.points.T, **style)
     for mark in locus_marks(diagram.loci, diagram.window):
         ax.plot(*mark.values, **mark_style(mark.type))
@@ -276,14 +266,9 @@ def draw_loci(
         figure = ax.get_figure(root=True)
         assert figure is not None
         # Five lines below the axes: clear of the numbers and the name of the parameter.
-        ax.legend(
-            **legend_options([diagram], colors, regions, figure.get_figwidth()),
-            loc="upper center",
-            bbox_to_anchor=(0.5, 0.0),
-            borderaxespad=5.0,
-        )
+        legend_below(ax, 5.0, **legend_options([diagram], regions, figure.get_figwidth()))
     if annotate:
-        name_loci(ax, diagram, colors=colors, regions=regions)
+        name_loci(ax, diagram, regions=regions)
     return ax
 
 
@@ -291,7 +276,6 @@ def name_loci(
     ax: Axes,
     diagram: LocusDiagram,
     *,
-    colors: Mapping[str, str] = LOCUS_COLORS,
     regions: bool = True,
     without: Window | None = None,
 ) -> None:
@@ -311,9 +295,7 @@ def name_loci(
     for locus in diagram.loci:
         anchors = within(ax, _anchors(locus))
         if len(anchors):
-            labels.append(
-                Label(_name(locus), anchors, locus_color(locus.type, colors), 7.5, leader=False)
-            )
+            labels.append(Label(_name(locus), anchors, locus_color(locus.type), 7.5, leader=False))
     if regions and diagram.regions is not None:
         labels += region_labels(ax, diagram.regions)
     place_labels(ax, labels)

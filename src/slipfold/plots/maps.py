@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Mask
 from slipfold.errors import InputError
@@ -31,6 +30,8 @@ from slipfold.plots.style import (
     cell_edges,
     label_axis,
     label_of,
+    legend_below,
+    panels_of,
     quantity_text,
 )
 from slipfold.results.attractors import PHASE, Basins, in_words
@@ -126,7 +127,7 @@ def draw_threshold_map(
         handles.append(Patch(facecolor="white", edgecolor=INK, linewidth=0.4, label=INTERRUPTED))
     _frame(ax, edges, [found.model.parameter(name) for name in found.axes])
     if legend and handles:
-        _legend_below(ax, handles, title="no threshold", handlelength=2.8)
+        legend_below(ax, 4.0, handles=handles, title="no threshold", handlelength=2.8)
     return ax
 
 
@@ -200,7 +201,7 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
             over_gray = str(opaque * shade + 0.5 * (1 - opaque))
             label = f"{name}: {_percent((found.uncertain == level).mean())}"
             handles.append(Patch(facecolor=over_gray, label=label, **edge))
-        _legend_below(ax, handles, ncols=min(len(handles), 3))
+        legend_below(ax, 4.0, handles=handles, ncols=min(len(handles), 3))
     return ax
 
 
@@ -292,7 +293,7 @@ def draw_study(found: StudyResult, quantity: str | None = None, *, ax: Axes | No
         columns, values = columns[order], values[order]
     else:
         columns, style = found.cases.values(np.arange(len(found))), "."
-    panels = _panels(1, len(found.cases.names), ax)[0]
+    panels = panels_of(ax, 1, len(found.cases.names), PANEL, sharey=True)[0]
     for place, (panel, name) in enumerate(zip(panels, found.cases.names, strict=True)):
         panel.plot(columns[:, place], values, style)
         label_axis(panel, "x", found.model.parameter(name))
@@ -349,7 +350,7 @@ def _draw_panels(
     places = [column[order] for column, order in zip(grid.axes.values(), orders, strict=True)]
     values = values.reshape(*values.shape, *[1] * (MAX_PARAMETERS - values.ndim))
     parameters = [found.model.parameter(name) for name in grid.names]
-    panels = _panels(values.shape[3], values.shape[2], ax)
+    panels = panels_of(ax, values.shape[3], values.shape[2], PANEL, sharex=True, sharey=True)
     edges = cell_edges(places[0]), cell_edges(places[1])
     colors: Any = NUMBERS
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
@@ -373,23 +374,6 @@ def _draw_panels(
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)}
         panels[0, -1].legend(handles=handles, title=item.name, **place)
     return panels[0, 0] if panels.size == 1 else panels
-
-
-def _panels(rows: int, columns: int, ax: Axes | None) -> NDArray[np.object_]:
-    """Return axes in rows and columns, shape (rows, columns)."""
-    given, ax = ax, axes_or_new(ax)
-    if rows * columns == 1:
-        return np.array([[ax]], object)
-    figure, place = ax.get_figure(root=True), ax.get_subplotspec()
-    if place is None or figure is None:
-        raise InputError("the axes given have no place in a figure that could be divided")
-    if given is None:
-        figure.set_size_inches(PANEL[0] * columns, PANEL[1] * rows)
-    ax.remove()
-    made: NDArray[np.object_] = place.subgridspec(rows, columns).subplots(
-        sharex=rows > 1, sharey=True, squeeze=False
-    )
-    return made
 
 
 def _headed(item: CaseField) -> str:
@@ -422,9 +406,3 @@ def _frame(ax: Axes, edges: Edges, parameters: Sequence[Parameter]) -> None:
     ax.set_ylim(edges[1][0], edges[1][-1])
     label_axis(ax, "x", parameters[0])
     label_axis(ax, "y", parameters[1])
-
-
-def _legend_below(ax: Axes, handles: Sequence[Artist], **options: Any) -> None:
-    """Add a legend four lines below the axes, clear of the numbers and the parameter's name."""
-    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
-    ax.legend(handles=handles, borderaxespad=4.0, **place, **options)

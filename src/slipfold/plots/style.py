@@ -136,6 +136,32 @@ def axes_or_new(ax: Axes | None) -> Axes:
     return pyplot.subplots(layout="constrained")[1]
 
 
+def panels_of(
+    ax: Any, rows: int, columns: int, size: tuple[float, float] | None = None, **shared: bool
+) -> NDArray[np.object_]:
+    """Return panels in place of axes, or of a new figure, shape (rows, columns).
+
+    A new figure has the `size` in inches for each of several. Panels that are given stay.
+    """
+    if isinstance(ax, Axes | None):
+        given, ax = ax, axes_or_new(ax)
+        if rows * columns == 1:
+            return np.array([[ax]], object)
+        figure, place = ax.get_figure(root=True), ax.get_subplotspec()
+        if place is None:
+            raise InputError("the axes are no subplot, which could be divided; give one")
+        if given is None and size is not None:
+            figure.set_size_inches(size[0] * columns, size[1] * rows)
+        ax.remove()
+        ax = place.subgridspec(rows, columns).subplots(**shared)
+    return np.array(ax, object).reshape(rows, columns)
+
+
+def legend_below(ax: Axes, lines: float, **options: Any) -> None:
+    """Add a legend some lines below the axes, clear of the numbers and the parameter's name."""
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=lines, **options)
+
+
 def label_of(model: Model, output: str, unit: str | None = None) -> str:
     """Return the axis label of a state or output, with its own unit or another."""
     items: list[State | Output] = [*model.states, *model.outputs()]

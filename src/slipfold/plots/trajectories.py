@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -317,11 +318,13 @@ def draw_points(
     *,
     runs: Sequence[str] | None = None,
     legend: bool = True,
+    beside: Mapping[str, float] = MappingProxyType({}),
 ) -> Axes:
     """Draw an output at phase zero of each period, or its extremes, over the parameter.
 
     Sweeps lie on top of trajectories from many starts, the one down on top of the one up. A
-    trajectory that sticks is drawn at phase zero alone.
+    trajectory that sticks is drawn at phase zero alone. What repeats has the size `beside` of its
+    run in points, if there is one, to be seen below a line.
     """
     if measure not in (STROBOSCOPIC, *MEASURE_NAMES):
         raise InputError(
@@ -333,10 +336,12 @@ def draw_points(
     named: dict[str, Any] = {}
     for name in sorted(chosen, key=lambda name: (name in COLORS, sweep.run(name))):
         x, y = dots_of(sweep, sweep.run(name), output, measure)
-        (dots,) = ax.plot(
-            x, y, "o", markersize=SIZE, markeredgewidth=0, color=COLORS.get(name, OTHERS),
-            zorder=0.5, rasterized=True,
-        )  # fmt: skip
+        single = np.isin(x, sweep.values[sweep.repeats(name) > 0]) & (name in beside)
+        for some, size in ((single, beside.get(name)), (~single, SIZE)):
+            (dots,) = ax.plot(
+                x[some], y[some], "o", markersize=size, markeredgewidth=0,
+                color=COLORS.get(name, OTHERS), zorder=0.5, rasterized=True,
+            )  # fmt: skip
         named.setdefault(name if name in COLORS else "from many starts", dots)
     label_axis(ax, "x", sweep.model.parameter(sweep.vary))
     label_output(ax, "y", sweep.model, output, MEASURE_NAMES.get(measure, ""))

@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import count
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from slipfold.plots.loci import draw_loci, legend_options, name_loci
 from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
 from slipfold.plots.response import BREAKS, draw_family, marks_of, name_family, torus_handles
 from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette, within
-from slipfold.plots.trajectories import COLORS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
+from slipfold.plots.trajectories import COLORS, OTHERS, draw_points, draw_spectrum, name_lines
 from slipfold.results.attractors import Basins, in_words
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
@@ -58,6 +58,10 @@ def draw(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> Ca
 
 def _canvas(height: float) -> Canvas:
     return Canvas(figsize=(2 * COLUMN, height), layout="constrained")
+
+
+def _letters() -> Iterator[str]:
+    return (f"({letter})" for letter in ascii_lowercase)
 
 
 def _name_last(canvas: Canvas, naming: Sequence[Callable[[], None]]) -> None:
@@ -163,27 +167,24 @@ def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     heights += [HEIGHTS["spectrum"]] * len(figure.cases)
     canvas = _canvas(sum(heights) + HEIGHTS["legend"])
     grid = canvas.add_gridspec(len(heights), 2, height_ratios=heights)
-    lines = iter(range(len(heights)))
-    letters = (f"({chr(ord('a') + number)})" for number in count())
+    lines, letters = iter(range(len(heights))), _letters()
+
+    def axes(*, wide: bool = False) -> list[Axes]:
+        if wide:
+            return [canvas.add_subplot(grid[next(lines), :]) for _ in OUTPUTS]
+        line = next(lines)
+        return [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
+
     panels: list[_Panel] = []
     for row in figure.rows:
         diagrams = [result[curve] for curve in row.curves]
-        if row.wide:
-            axes = [canvas.add_subplot(grid[next(lines), :]) for _ in OUTPUTS]
-        else:
-            line = next(lines)
-            axes = [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
-        drawn = _draw_row(axes, row, diagrams, letters, measure)
+        drawn = _draw_row(axes(wide=row.wide), row, diagrams, letters, measure)
         panels += drawn
         if row.detail is not None:
-            line = next(lines)
-            axes = [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
-            panels += _draw_details(axes, drawn, row.detail, measure)
+            panels += _draw_details(axes(), drawn, row.detail, measure)
     spectral: list[tuple[Axes, Spectrum, str]] = []
     for case in figure.cases:
-        line = next(lines)
-        for column, output in enumerate(OUTPUTS):
-            ax = canvas.add_subplot(grid[line, column])
+        for ax, output in zip(axes(), OUTPUTS, strict=True):
             draw_spectrum(result[case], output, ax, palette(1)[0], annotate=False)
             settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
@@ -345,8 +346,7 @@ def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canv
     """Draw a figure of the paper with tori and sampled solutions, a curve a row."""
     curves, sweeps = figure.of_kind("response"), figure.of_kind("sweep")
     canvas = _canvas(len(curves) * HEIGHTS["trajectories"] + HEIGHTS["basin legend"])
-    letters = (f"({chr(ord('a') + number)})" for number in count())
-    naming, shown = [], []
+    letters, naming, shown = _letters(), [], []
     panels = canvas.subplots(len(curves), 2, squeeze=False)
     for axes, curve, swept in zip(panels, curves, sweeps, strict=True):
         for ax, output in zip(axes, OUTPUTS, strict=True):
@@ -402,7 +402,7 @@ def _draw_both(
 
     The axes show the range of the solutions: unstable orbits may be outside it.
     """
-    _draw_dots(ax, swept, output, measure)
+    draw_points(swept, output, measure, ax, legend=False, beside=BESIDE)
     low, high = ax.dataLim.intervaly
     draw_family([diagram], output, measure, ax, ["black"])
     for tori in diagram.tori:
@@ -412,18 +412,6 @@ def _draw_both(
     ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
     ax.xaxis.set_major_locator(MaxNLocator(5))
     return lambda: name_family(ax, [diagram], None, output, measure, ["black"])
-
-
-def _draw_dots(ax: Axes, swept: Sweep, output: str, measure: str) -> None:
-    """Draw sampled solutions: larger where they are periodic, to be visible on the line."""
-    for name in sorted(swept.runs, key=lambda name: (name in COLORS, swept.run(name))):
-        x, y = dots_of(swept, swept.run(name), output, measure)
-        single = np.isin(x, swept.values[swept.repeats(name) > 0])
-        for some, size in ((single, BESIDE.get(name, SIZE)), (~single, SIZE)):
-            ax.plot(
-                x[some], y[some], "o", markersize=size, markeredgewidth=0,
-                color=COLORS.get(name, OTHERS), zorder=0.5, rasterized=True,
-            )  # fmt: skip
 
 
 def _fixed(curve: Case) -> str:

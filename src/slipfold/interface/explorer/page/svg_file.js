@@ -93,9 +93,11 @@ function captioned(caption, left, top) {
       const { color, fontSize, fontWeight } = getComputedStyle(span);
       const [x, middle] = [box.left - left, box.top - top + box.height / 2];
       const isKey = span.classList.contains("key");
-      const { width, marginRight, borderTopColor } = getComputedStyle(span, "::before");
+      const { width, marginRight, height, backgroundColor, borderTopColor, borderTopWidth } = getComputedStyle(span, "::before");
       const [length, gap] = isKey ? [width, marginRight].map(parseFloat) : [0, 0];
-      const line = svg("path", { d: `M${x} ${middle}h${length}`, stroke: borderTopColor, "stroke-width": 2 });
+      // A box has a ground and no border.
+      const [stroke, thick] = parseFloat(borderTopWidth) ? [borderTopColor, borderTopWidth] : [backgroundColor, height];
+      const line = svg("path", { d: `M${x} ${middle}h${length}`, stroke, "stroke-width": parseFloat(thick) });
       const text = svg("text", {
         x: x + length + gap, y: middle + 4, "font-size": parseFloat(fontSize),
         "font-weight": fontWeight, fill: color,
