@@ -152,13 +152,10 @@ def legend_options(
     columns = max(int(min(width / 1.9, len(groups))), 1)
     if columns == len(groups):
         rows = max(map(len, groups), default=0)
-        groups = [group + [_nothing()] * (rows - len(group)) for group in groups]
+        nothing = Line2D([], [], linestyle="none", label=" ")
+        groups = [group + [nothing] * (rows - len(group)) for group in groups]
     handles = [handle for group in groups for handle in group]
     return {"handles": handles, "ncols": columns, "handlelength": 2.8, "fontsize": SIZE}
-
-
-def _nothing() -> Artist:
-    return Line2D([], [], linestyle="none", label=" ")
 
 
 def _lines(diagrams: Sequence[LocusDiagram]) -> list[Artist]:

@@ -161,7 +161,7 @@ def draw_family(
     _leave_out_families(ax, diagrams, output, measure)
     # Markers lie on top of all lines.
     for diagram, color in zip(diagrams, colors, strict=True):
-        for mark in _marks([diagram], output, measure):
+        for mark in marks_in(diagram, output, measure):
             ax.plot(
                 mark.parameter, mark.value, linestyle="none", marker=MARKERS[mark.type],
                 color=color, markerfacecolor="white" if mark.hollow else color,
@@ -203,7 +203,7 @@ def name_family(
     labels = []
     for diagram, color in zip(diagrams, colors, strict=True):
         named: dict[str, list[Array]] = {}
-        for mark in _marks([diagram], output, measure):
+        for mark in marks_in(diagram, output, measure):
             place = np.array([[mark.parameter, mark.value]])
             hidden = without and without[0] <= mark.parameter <= without[1]
             if mark.name and not hidden and len(within(ax, place)):
@@ -237,11 +237,10 @@ def _anchors(diagram: Diagram, output: str, measure: str) -> Array:
     return np.concatenate(chosen)
 
 
-def _marks(diagrams: Sequence[Diagram], output: str, measure: str) -> Iterator[Mark]:
-    for diagram in diagrams:
-        for branch in diagram.branches:
-            for part in parts_of(measure):
-                yield from marks_of(branch, output, part)
+def marks_in(diagram: Diagram, output: str, measure: str) -> Iterator[Mark]:
+    """Yield the marks of all branches."""
+    for branch, part in product(diagram.branches, parts_of(measure)):
+        yield from marks_of(branch, output, part)
 
 
 def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:

@@ -28,7 +28,7 @@ from slipfold.long_term.sweep import DOWN, UP
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.plots.loci import draw_loci, legend_options, name_loci
 from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
-from slipfold.plots.response import BREAKS, draw_family, marks_of, name_family, torus_handles
+from slipfold.plots.response import BREAKS, draw_family, marks_in, name_family, torus_handles
 from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette, within
 from slipfold.plots.trajectories import COLORS, OTHERS, draw_points, draw_spectrum, name_lines
 from slipfold.results.attractors import Basins, in_words
@@ -105,8 +105,7 @@ def draw_legend(
         mark
         for ax, diagrams, output in shown
         for diagram in diagrams
-        for branch in diagram.branches
-        for mark in marks_of(branch, output, measure)
+        for mark in marks_in(diagram, output, measure)
         if len(within(ax, np.array([[mark.parameter, mark.value]])))
     ]
     handles: list[Artist] = [
@@ -223,8 +222,7 @@ def _draw_details(
         values = [
             mark.value
             for diagram in panel.diagrams
-            for branch in diagram.branches
-            for mark in marks_of(branch, panel.output, measure)
+            for mark in marks_in(diagram, panel.output, measure)
             if mark.type in BIFURCATION_TYPES and span[0] <= mark.parameter <= span[1]
         ]
         whole = np.ptp(panel.ax.get_ylim())
