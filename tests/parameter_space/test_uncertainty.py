@@ -134,16 +134,19 @@ def test_equilibria_have_uncertain_hopf_points():
     assert found.thresholds == pytest.approx(expected, rel=1e-9)
 
 
-def test_interruption_keeps_what_is_known(doubling):
+@pytest.mark.parametrize("done", [0, 1, 3])
+def test_interruption_keeps_what_is_known(doubling, done, recwarn):
     def observer(progress):
-        if progress.done == 3:
+        if progress.done == done:
             raise KeyboardInterrupt
 
     found = sf.uncertainty(doubling, SMALL, samples=8, on_progress=observer)
     assert found.interrupted
-    assert np.isfinite(found.thresholds).sum() == 3
+    assert np.isfinite(found.thresholds).sum() == done
+    assert np.isfinite(found.deviation()) == (done > 1)
     assert found.lost == 0
-    assert "Interrupted: 5 samples are missing" in found.summary()
+    assert f"Interrupted: {8 - done} samples are missing" in found.summary()
+    assert not recwarn.list
 
 
 @pytest.mark.parametrize(

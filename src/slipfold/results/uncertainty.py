@@ -163,7 +163,8 @@ class ThresholdUncertainty(Result):
         if _checked(by) == "gradients":
             parts = self.gradient * [item.deviation for item in self.distributions]
             return float(np.sqrt(parts @ self.correlation @ parts))
-        return float(np.nanstd(self.thresholds, ddof=1))
+        known = self.thresholds[np.isfinite(self.thresholds)]
+        return float(np.std(known, ddof=1)) if len(known) > 1 else np.nan
 
     def band(self, level: float = LEVEL, by: str = "samples") -> tuple[float, float]:
         """Return the interval that holds the threshold with some probability, as much on each side.
