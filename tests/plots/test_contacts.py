@@ -21,11 +21,6 @@ from slipfold.plots import (
 from slipfold.plots.contacts import BANDS, THICK
 
 
-@pytest.fixture
-def ax():
-    return Figure(layout="constrained").add_subplot()
-
-
 @pytest.fixture(scope="module")
 def carried():
     """A mass on a belt: Fs = 1, Fk = 0.5, v = 0.2."""

@@ -24,11 +24,6 @@ from slipfold.plots import (
 from slipfold.plots.response import marks_of, name_family
 
 
-@pytest.fixture
-def ax():
-    return Figure(layout="constrained").add_subplot()
-
-
 @pytest.fixture(scope="module")
 def doubled():
     return simulate(sf.SlidingOscillator(f=12.2, Nd=0.15), 1000)

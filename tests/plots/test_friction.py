@@ -2,15 +2,9 @@
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from slipfold import Coulomb, InputError, LuGre, Stribeck
 from slipfold.plots.contacts import draw_friction
-
-
-@pytest.fixture
-def ax():
-    return Figure(layout="constrained").add_subplot()
 
 
 def beside(ax):

@@ -34,10 +34,8 @@ def test_labels_stay_inside(axes):
     texts = place_labels(axes, [Label("collapse", np.array([corner])) for corner in corners])
     frame = axes.get_window_extent()
     for box in boxes(texts):
-        assert frame.x0 <= box.x0
-        assert box.x1 <= frame.x1
-        assert frame.y0 <= box.y0
-        assert box.y1 <= frame.y1
+        assert frame.x0 <= box.x0 < box.x1 <= frame.x1
+        assert frame.y0 <= box.y0 < box.y1 <= frame.y1
 
 
 def test_labels_keep_off_lines(axes):

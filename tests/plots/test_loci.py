@@ -1,7 +1,5 @@
 import numpy as np
-import pytest
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
 from helpers.hand_drawn_loci_plots import (
     WINDOW,
@@ -14,11 +12,6 @@ from helpers.hand_drawn_loci_plots import (
 )
 from slipfold.plots import draw_loci
 from slipfold.plots.loci import LOCUS_COLORS
-
-
-@pytest.fixture
-def ax():
-    return Figure(figsize=(5, 4), layout="constrained").add_subplot()
 
 
 def texts(ax):

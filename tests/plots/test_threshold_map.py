@@ -39,11 +39,6 @@ def failed_map():
     return made_map(kinds)
 
 
-@pytest.fixture
-def ax():
-    return Figure(figsize=(4.5, 4), layout="constrained").add_subplot()
-
-
 def bar(ax):
     [other] = [each for each in ax.get_figure().axes if each is not ax]
     return other
