@@ -165,3 +165,22 @@ def test_what_the_orbits_of_a_locus_become_where_their_halves_are_the_same(radiu
     last = SimpleNamespace(z=orbits.unknown(nodes, model))
     end = _at_parent(LocusEquations(orbits, "LP"), last, None).end
     assert end.reason == f"the locus ends where its orbits {becomes}"
+
+
+def test_doubled_cycles_are_known_whichever_period_they_are_counted_with():
+    # A trajectory that settles on a doubled cycle does not know that it has doubled.
+    model, points = model_named("lure"), []
+    for first, largest in ((0.66, 2), (0.58, 1)):
+        span, settings = (first, 0.54), sf.Settings(largest_period=largest)
+        diagram = sf.response(model, vary="a", span=span, settled=True, settings=settings)
+        points += [item.point for item in diagram.special if item.point.value < 0.6][:1]
+    assert [(point.type, point.period) for point in points] == [("PD", 2), ("PD", 1)]
+    for order, discretization in ((points, "automatic"), (points[::-1], "collocation")):
+        found = sf.locus(
+            order,
+            ("a", "b"),
+            ((0.5, 0.65), (0.9, 1.1)),
+            switch=False,
+            settings=sf.Settings(discretization=discretization),
+        )
+        assert [(locus.type, locus.period) for locus in found.loci] == [("PD", order[0].period)]

@@ -55,6 +55,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, FOLLOWED_TYPES, LOCUS_TYPES, PAIRED
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
+from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
 
@@ -418,7 +419,8 @@ class _Loci(CurveSet[OrbitPoint]):
             own = followed.traced.curve
             if _sort(own) != _sort(curve):
                 continue
-            if meets(followed.traced.points, curve.orbits, z):
+            given = _in_period(own.orbits.period, curve.orbits, z)
+            if meets(followed.traced.points, *given):
                 return followed.number
         return None
 
@@ -466,8 +468,22 @@ def title_of(curve: LocusEquations) -> str:
 
 
 def _sort(curve: LocusEquations) -> tuple[str, str, int, str]:
-    """Type, quantity, period and kind: only loci that agree in them may be one."""
-    return curve.condition, curve.quantity, curve.orbits.period, curve.orbits.kind
+    """Type, quantity, period if it is known, and kind: only loci that agree in them may be one."""
+    orbits = curve.orbits
+    period = 0 if orbits.free_phase and orbits.by.smooth else orbits.period
+    return curve.condition, curve.quantity, period, orbits.kind
+
+
+def _in_period(
+    period: int, orbits: Orbits, z: NDArray[np.float64]
+) -> tuple[Orbits, NDArray[np.float64]]:
+    """Return a cycle as one of another period: one that settled after it had doubled has 1."""
+    if period == orbits.period:
+        return orbits, z
+    nodes, model = orbits.evenly(z), orbits.model_at(z)
+    model = model.replace(duration=model.values["duration"] * orbits.period / period)
+    same = orbits_of(orbits.model, orbits.varied, period, len(nodes))
+    return same, same.unknown(nodes, model)
 
 
 def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
