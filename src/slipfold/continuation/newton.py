@@ -332,11 +332,15 @@ class FactoredMatrix(WholeMatrix):
             found: tuple[Array, Array] = lu_factor(self._matrix, check_finite=False)
         return found
 
-    def solve(self, right: Array) -> Array:
+    def solve(self, right: Array, transposed: int = 0) -> Array:
         """Return the solution for a right-hand side, not finite if the matrix is singular."""
         from scipy.linalg import lu_solve
 
-        return np.asarray(lu_solve(self._factors, right, check_finite=False))
+        return np.asarray(lu_solve(self._factors, right, transposed, check_finite=False))
+
+    def solve_transposed(self, right: Array) -> Array:
+        """Return the solution with the transposed matrix."""
+        return self.solve(right, 1)
 
     @cached_property
     def _kernel(self) -> Array:

@@ -44,9 +44,7 @@ def parameter_rounding(bordered: SquareMatrix, z: Array, residual: float = 0.0) 
 
     Where each equation may have a larger error, `residual`, that counts.
     """
-    unit = np.zeros(len(z))
-    unit[-1] = 1.0
-    weights = np.abs(bordered.solve_transposed(unit))
+    weights = np.abs(bordered.solve_transposed(hold_parameter(len(z) - 1)))
     sizes = np.ones(len(weights))  # there may be more equations than unknowns
     sizes[: len(z)] = np.maximum(1.0, np.abs(z))
     return float(weights @ np.maximum(ROUNDING * sizes, residual))

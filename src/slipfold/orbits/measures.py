@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.continuation.newton import FactoredMatrix
 from slipfold.orbits.extrema import AVERAGED
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
@@ -100,8 +101,6 @@ class Extremal:
 
         Also its left and right vectors, from systems bordered by their approximations.
         """
-        from scipy.linalg import lu_factor, lu_solve
-
         size = len(gradient)
         holds = np.eye(1, size, size + self.held)
         rows = plain.jacobian, holds, gradient[None] / np.linalg.norm(gradient)
@@ -112,10 +111,9 @@ class Extremal:
         for _ in range(SEARCH.borders):
             whole[:size, size] = left[:size] / np.linalg.norm(left[:size])
             whole[size, :size] = right[:size] / np.linalg.norm(right[:size])
-            factors, pivots = lu_factor(whole, check_finite=False)
-            right, left = (lu_solve((factors, pivots), last, trans) for trans in (0, 1))
-        swaps = np.count_nonzero(pivots != np.arange(size + 1))
-        sign = float(np.sign(factors.diagonal()).prod()) * (-1) ** swaps
+            bordered = FactoredMatrix(whole)
+            right, left = bordered.solve(last), bordered.solve_transposed(last)
+        sign = bordered.sign if np.isfinite(right).all() else np.nan
         # The row that holds a parameter has no part in this unit: others may be held instead.
         unit = float(np.linalg.norm(np.delete(left[:size], size - 2)))
         return sign * float(right[size]) / unit, -sign * left[:size] / unit, right[:size]

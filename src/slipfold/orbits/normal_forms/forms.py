@@ -41,7 +41,7 @@ class Forms:
 
         An error of linear algebra says that there is none.
         """
-        map_ = SegmentMap(curve.orbits, z, curve.orbits.constants(z), linearization)
+        map_ = SegmentMap(curve.orbits, z, linearization)
         return critical_coefficient(map_, linearization.monodromy, curve.condition)
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
@@ -57,10 +57,9 @@ class Forms:
         orbits = curve.orbits
         own = orbits.model_at(point.z).unit_scales()
         if kind == "GPD":
-            jets = JetMap(orbits, point.z, orbits.constants(point.z), own)
+            jets = JetMap(orbits, point.z, own)
             return {"e": quintic_coefficient(jets, jets.rescaled(point.monodromy))}
-        constants, linearization = orbits.constants(point.z), curve.linearize(point.z)
-        map_ = SegmentMap(orbits, point.z, constants, linearization, own)
+        map_ = SegmentMap(orbits, point.z, curve.linearize(point.z), own)
         return codimension_two_coefficients(map_, map_.rescaled(point.monodromy), kind)
 
 

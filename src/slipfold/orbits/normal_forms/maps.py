@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.equations import Constants
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.multipliers import motion_bases
 from slipfold.orbits.orbit_curve import Orbits
@@ -45,20 +44,28 @@ class FormRules:
 FORMS = FormRules()
 
 
-class FieldMap:
-    """Jacobian A and multilinear forms B and C of a vector field, in scaled states and per second.
-
-    The scales are those of the unknown if None.
-    """
+class _Scaled:
+    """An orbit seen in given scales of the states; those of the unknown if None."""
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
-        self._flow = orbits.flow
-        self._state = orbits.nodes(z)[0]
         self._constants = orbits.constants(z)
         self._scales = orbits.scales if scales is None else scales
+        self.rescaling = orbits.scales / self._scales
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a matrix in these scales. Shapes: monodromy (n, n)."""
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+
+class FieldMap(_Scaled):
+    """Jacobian A and multilinear forms B and C of a vector field, per second."""
+
+    def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
+        super().__init__(orbits, z, scales)
+        self._flow = orbits.flow
+        self._state = orbits.nodes(z)[0]
         self._time = self._constants.period
         self._along = self._constants.rates[:, orbits.indices[-1:]]
-        self.rescaling = orbits.scales / self._scales
 
     @property
     def jacobian(self) -> Array:
@@ -83,10 +90,6 @@ class FieldMap:
             0, :, 0
         ]
         return np.asarray(found / self._scales / self._time)
-
-    def rescaled(self, monodromy: Array) -> Array:
-        """Return a matrix in these scales. Shapes: monodromy (n, n)."""
-        return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
@@ -113,7 +116,7 @@ class FieldMap:
         ]
 
 
-class SegmentMap:
+class SegmentMap(_Scaled):
     r"""Second and third derivatives of the map over one period of an orbit, in scaled states.
 
     They are put together from those of the segments, integrated side by side: with
@@ -123,30 +126,18 @@ class SegmentMap:
               c_j = D^3\phi_j[v_j, v_j, v_j] + 3 D^2\phi_j[v_j, b_{j-1}] + A_j c_{j-1}
 
     where v_j is v propagated to segment j.
-
-    Directions and results are in the given scales of the states; those of the unknown if None.
     """
 
     def __init__(
-        self,
-        orbits: Orbits,
-        z: Array,
-        constants: Constants,
-        linearization: Linearization,
-        scales: Array | None = None,
+        self, orbits: Orbits, z: Array, linearization: Linearization, scales: Array | None = None
     ) -> None:
+        super().__init__(orbits, z, scales)
         self._by = orbits.by
         self._nodes = orbits.nodes(z)
-        self._constants = constants
         self._blocks = linearization.blocks
-        self.rescaling = orbits.scales / (orbits.scales if scales is None else scales)
         known, bent = linearization.conditions.propagated, linearization.conditions.bent
         self._propagated = np.empty((0, *self._nodes.shape)) if known is None else known
         self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
-
-    def rescaled(self, monodromy: Array) -> Array:
-        """Return a monodromy matrix in the map's scales. Shapes: monodromy (n, n)."""
-        return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
@@ -221,29 +212,19 @@ class SegmentMap:
         self._bent = np.concatenate([self._bent, bent])
 
 
-class JetMap:
+class JetMap(_Scaled):
     """Derivatives of the stroboscopic map from Taylor jets over the whole period, in scaled states.
 
     Jets along directions need no more than a plain flow to be compiled: for the few special points
     of a branch that is what costs most.
-
-    The scales are those of the unknown if None.
     """
 
-    def __init__(
-        self, orbits: Orbits, z: Array, constants: Constants, scales: Array | None = None
-    ) -> None:
+    def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
+        super().__init__(orbits, z, scales)
         self._flow = orbits.flow
         self._nodes = orbits.evenly(z)
-        self._constants = constants
-        self._scales = orbits.scales if scales is None else scales
-        self.rescaling = orbits.scales / self._scales
         self._start = orbits.phase
         self._end = orbits.phase + orbits.period
-
-    def rescaled(self, monodromy: Array) -> Array:
-        """Return a monodromy matrix in the map's scales. Shapes: monodromy (n, n)."""
-        return monodromy * self.rescaling[:, None] / self.rescaling
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
@@ -311,7 +292,7 @@ def polarized(
     return result
 
 
-class ReturnMap:
+class ReturnMap(_Scaled):
     r"""Where motions near a cycle cross a section the next time, in scaled states.
 
     The section is the plane through the first node orthogonal to the flow there. The flow over the
@@ -323,10 +304,8 @@ class ReturnMap:
     """
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:
+        super().__init__(orbits, z, scales)
         self._orbits, self._z = orbits, z
-        self._constants = orbits.constants(z)
-        self._scales = scales
-        self._rescaling = orbits.scales / scales
         self._nodes = orbits.evenly(z)
         rates = orbits.flow.rates(self._nodes[:1], np.array([orbits.phase]), self._constants)[0]
         self._flow = rates / scales
@@ -334,14 +313,14 @@ class ReturnMap:
 
     def rescaled(self, monodromy: Array) -> Array:
         """Return the map's matrix, shape (n - 1, n - 1). Shapes: monodromy (n, n)."""
-        return np.asarray(self._basis.T @ self._in_scales(monodromy) @ self._basis)
+        return np.asarray(self._basis.T @ super().rescaled(monodromy) @ self._basis)
 
     def mapped(self, vector: Array) -> Array:
         """Return a displacement of the flow's end as one of the map, shape (n - 1,).
 
         Shapes: vector (n,).
         """
-        return np.asarray(self._basis.T @ (vector * self._rescaling))
+        return np.asarray(self._basis.T @ (vector * self.rescaling))
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) for real directions.
@@ -393,7 +372,7 @@ class ReturnMap:
         f = self._flow
         vector = self._basis @ q
         if abs(multiplier - 1) > FORMS.off_one:
-            along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
+            along = f @ (super().rescaled(monodromy) @ vector) / (f @ f)
             vector = vector + f * along / (multiplier - 1)
         starts = [vector]
         for block in self._blocks(self._nodes, *self._edges())[1][:-1]:
@@ -441,9 +420,6 @@ class ReturnMap:
         orbits = self._orbits
         edges = np.linspace(orbits.phase, orbits.phase + orbits.period, len(self._nodes) + 1)
         return edges[:-1], edges[1:]
-
-    def _in_scales(self, matrix: Array) -> Array:
-        return matrix * self._rescaling[:, None] / self._rescaling
 
     def _blocks(self, states: Array, start: Array, end: Array) -> tuple[Array, Array]:
         """Return where states are later, (m,) or (m, p) times, and their transition matrices."""

@@ -48,9 +48,7 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     """
     linearization = point.linearization or orbits.linearize(point.z)
     map_: JetMap | ReturnMap = (
-        ReturnMap(orbits, point.z, orbits.scales)
-        if orbits.free_phase
-        else JetMap(orbits, point.z, orbits.constants(point.z))
+        ReturnMap(orbits, point.z, orbits.scales) if orbits.free_phase else JetMap(orbits, point.z)
     )
     matrix = map_.rescaled(linearization.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
