@@ -26,6 +26,9 @@ class StepRules:
     # Ratio of the largest turn that is predicted to the largest one that is not: a smooth bend
     # would take an eighth more points without it
     turns: float = 2.0
+    # Fraction of what errors and turns allow that a step takes: without it 2 to 6 % fewer are tried
+    # and more of them rejected, and lines through the points are 1.3 times less exact
+    margin: float = 0.9
     # The prediction's error grows with the step to the power of 1/0.22 or so
     power: float = 0.22
     # A step whose errors exceed their aims by this factor is taken again, shorter
@@ -103,12 +106,12 @@ class Measures:
         singular point there is no tangent, and the turn is not a number.
         """
         allowed = np.minimum(ratio_by_geometry(self.error, self.turn), ratio_by_tests(self.drift))
-        return np.asarray(np.minimum(np.maximum(0.9 * allowed, STEP.minimum), STEP.longer))
+        return np.asarray(np.minimum(np.maximum(STEP.margin * allowed, STEP.minimum), STEP.longer))
 
 
 def ratio_by_geometry(error: Array, turn: Array) -> Array:
     """Return the ratio of the next step to this one that prediction and tangent allow."""
-    return np.asarray(np.fmin(error**-STEP.power, 0.9 / np.maximum(turn, 1e-3)))
+    return np.asarray(np.fmin(error**-STEP.power, STEP.margin / np.maximum(turn, 1e-3)))
 
 
 def ratio_by_tests(drifted: Array) -> Array:
