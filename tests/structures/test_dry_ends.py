@@ -121,3 +121,14 @@ def test_beside_a_change_that_rounding_decides_a_neighbor_is_checked():
     diagram = sf.response(model, "f", (0.92, 0.91), settled=True)
     assert "STICK" in [point.type for point in diagram.branches[0].special]
     assert diagram.checked.agree
+
+
+def test_rounding_of_a_stiff_link_is_no_disagreement():
+    """Its rates turn 1e-15 of a displacement into 1e-6 of a speed, which decays at once."""
+    link = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    model = sf.Structure(
+        np.diag([1e-4, 1.0]), 10 * link + np.diag([0, 0.05]), 1e4 * link + np.diag([0.0, 1.0]),
+        contacts=sf.FrictionContact("a", sf.Coulomb(mu_k=1.0), load=0.25, Vd=0), names="a b",
+        forcing=sf.HarmonicForce("a", F=0.5), f=0.13,
+    )  # fmt: skip
+    assert sf.simulate(model, 2).checked.agree
