@@ -82,6 +82,7 @@ class HeldBack:
             else:
                 socket.send(text)
 
+        self.say = lambda answer: socket.send(json.dumps(answer))
         server = socket.connect_to_server()
         server.on_message(pass_on)
 

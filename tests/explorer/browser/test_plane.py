@@ -163,6 +163,39 @@ def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
     expect(legend(new_tab).filter(has_text="period 1 stable")).to_have_count(1)
 
 
+def test_lines_under_way_stay_when_the_view_changes_elsewhere(new_tab):
+    heads = []
+
+    def is_of_plane(answer):
+        if answer["kind"] == "plane":
+            heads.append({name: answer[name] for name in ("kind", "id", "slot")})
+        return answer["kind"] == "plane"
+
+    def tell_of(*numbers):
+        given = {"type": "PD", "period": 1, "x": [1.35, 1.4], "y": [0.22, 0.25]}
+        lines = [{**given, "number": number, "name": f"line {number}"} for number in numbers]
+        told.say({**heads[-1], "progress": "loci", "lines": lines, "done": False})
+
+    told = new_tab.holding(is_of_plane)
+    told.is_on = True
+    page = new_tab.open(QUIET, plane=True).page
+    while not told.waiting:
+        page.wait_for_timeout(50)
+    tell_of(1, 2)
+    mark = page.locator(f"{PLANE} .draft-mark")
+    expect(mark).to_be_visible()
+    with new_tab.redrawn():
+        page.get_by_label("Draw").select_option("min")
+    tell_of(2, 3)
+    page.wait_for_function(
+        "(selector) => document.querySelector(selector).data.some(({ name }) => name === 'line 3')",
+        arg=f"{PLANE} .plot-canvas",
+    )
+    assert {"line 1", "line 2", "line 3"} <= set(drawn(new_tab))
+    told.let_go()
+    expect(mark).to_be_hidden()
+
+
 def test_it_is_put_away_and_comes_back(new_tab):
     never_done = new_tab.holding(lambda answer: answer["kind"] == "plane")
     never_done.is_on = True
