@@ -87,3 +87,18 @@ def test_free_vibrations_of_the_forcings_period_are_a_family():
     (branch,) = sf.response(system, vary="W", span=(0.8, 0.5)).branches
     assert branch.stopped.value == pytest.approx(0.5, abs=1e-8)
     assert "the orbits are a family, with any amplitude and phase" in branch.stopped.reason
+
+
+def test_slow_decays_are_no_family():
+    # Two multipliers lie within 1e-6 of one where x runs away, and any state decays to one orbit.
+    states = {
+        "x": "v",
+        "v": "cos(t) - v/10 - 3*x + 1/(p - 1)",
+        "z": "1e-7*(x^2 - z)",
+        "y": "1e-7*(x - y)",
+    }
+    system = sf.System(parameters={"p": 2.0}, states=states, forcing={"period": "2*pi"})
+    (branch,) = sf.response(system, vary="p", span=(2, 0.5)).branches
+    assert (np.abs(branch.multipliers[-1] - 1) < 1e-6).sum() == 2
+    assert branch.stopped.kind == "failed"
+    assert "family" not in branch.stopped.reason

@@ -48,6 +48,9 @@ UNDAMPED = (
     "orbits are a family, with any amplitude and phase ({})"
 )
 
+CONSERVED = 1e-10
+"""Part of a volume that rounding changes in a period; decays that are slower are none."""
+
 UNSOLVED = (
     "the motion turns so sharply that on an interval of the mesh no polynomials were found that "
     "meet the equations; simulate continues in implicit steps of any length"
@@ -95,8 +98,10 @@ class BranchEndings(Endings[OrbitPoint]):
         last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
         critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
-        if kind == "failed" and critical > 1:
-            reason = SEVERAL if len(traced.points) == 1 else UNDAMPED.format(critical, reason)
+        if kind == "failed" and critical > 1 and len(traced.points) == 1:
+            reason = SEVERAL
+        elif kind == "failed" and critical > 1 and _is_undamped(orbits, last):
+            reason = UNDAMPED.format(critical, reason)
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
         elif clause:
@@ -127,6 +132,19 @@ def _is_line(traced: TracedCurve[OrbitPoint]) -> bool:
     """Whether all equilibria of a branch have one value, as on a line of them at a span's end."""
     still = len(traced.points) > 1 and traced.curve.kind == "equilibrium"
     return still and in_family(traced.points)
+
+
+def _is_undamped(orbits: Orbits, last: OrbitPoint) -> bool:
+    """Whether an orbit may move in all directions in which its multipliers are one.
+
+    Slow decays come as near to one, but lose volume; at a fold without damping two multipliers
+    are one, but the orbit may move in one direction only.
+    """
+    critical = last.multipliers[np.abs(last.multipliers - 1) < ALIKE]
+    if orbits.kind == "equilibrium" or abs(np.abs(np.prod(critical)) - 1) > CONSERVED:
+        return False
+    moves = np.linalg.svd(last.monodromy - np.eye(len(last.monodromy)), compute_uv=False)
+    return int(np.count_nonzero(moves < ALIKE)) >= len(critical)
 
 
 def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
