@@ -1,10 +1,13 @@
 """Loci of branch points: of equilibria, forced orbits and cycles, and where there is none."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from slipfold import Settings, System, locus, response
+from slipfold.bifurcations.branches.stops import Standing
 
 WINDOW = ((-1.0, 1.0), (-1.0, 1.0))
 
@@ -74,6 +77,32 @@ def test_a_locus_that_stands_still_ends_by_name():
     for end in (folds.started, folds.stopped):
         assert end.kind == "family"
         assert end.reason.startswith("the locus stands still at mu = 0, b = 0: ")
+
+
+@pytest.mark.parametrize(
+    ("along", "growth", "kind", "words"),
+    [
+        (0.0, 0.0, "family", "are all critical there"),
+        (0.0, 0.1, "duration", "cycles take ever longer there, 1 to 1.9 s"),
+        (0.5, 0.0, None, ""),
+    ],
+)
+def test_a_locus_stands_still_for_one_of_two_reasons(along, growth, kind, words):
+    orbits = SimpleNamespace(
+        kind="periodic",
+        free_phase=True,
+        varied=("a", "b"),
+        durations=lambda points: np.array([point.z[0] for point in points]),
+    )
+    points = [
+        SimpleNamespace(z=np.array([1 + growth * i, 0.2, 0.3]), tangent=np.array([1, along, 0]))
+        for i in range(10)
+    ]
+    monitor = Standing(SimpleNamespace(orbits=orbits, place=lambda z: tuple(z[-2:])))
+    interval = SimpleNamespace(traced=SimpleNamespace(points=points[:-1]), point=points[-1])
+    stop = monitor.watch(interval).stop
+    assert (stop and stop.end.kind) == kind
+    assert words in (stop.end.reason if stop else "")
 
 
 def test_what_an_imperfection_parts_has_no_locus():

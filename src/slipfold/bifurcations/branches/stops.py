@@ -34,6 +34,9 @@ class StopRules:
     # Change of the parameter, in spans, that counts as zero: special points are located more
     # exactly, so that all further ones would have the same value
     constant: float = 1e-9
+    # Component of a unit tangent along the parameters that is none: with a larger one they change
+    # by less than `constant` only where steps are short, not where the locus stands still
+    still: float = 1e-6
     # Arclength to which a limit is located: its bound is a convention within 1e-4 anyway
     limit_close: float = 1e-9
     # Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by
@@ -140,7 +143,10 @@ def _unit(place: int, size: int) -> NDArray[np.float64]:
 
 
 class Standing:
-    """Ends a locus along which both parameters stand still, as where all states are critical."""
+    """Ends a locus along which both parameters stand still, as where all states are critical.
+
+    Towards a homoclinic orbit they do so too, while the duration grows.
+    """
 
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
@@ -149,16 +155,23 @@ class Standing:
         """Return the last of some points at one place of the plane; a cusp is one point."""
         points = [*interval.traced.points, interval.point][-STOP.away :]
         places = np.array([point.z[-2:] for point in points])
-        if len(points) < STOP.away or np.ptp(places, axis=0).max() > STOP.constant:
+        along = np.array([point.tangent[-2:] for point in points])
+        moves = np.ptp(places, axis=0).max() > STOP.constant or np.abs(along).max() > STOP.still
+        if len(points) < STOP.away or moves:
             return MonitorResult()
         orbits, place = self._curve.orbits, self._curve.place(interval.point.z)
         rounded = np.where(np.abs(places[-1]) < STOP.constant, 0.0, place)
         at = ", ".join(f"{n} = {v:.9g}" for n, v in zip(orbits.varied, rounded, strict=True))
+        still = f"the locus stands still at {at}: its last {STOP.away}"
+        durations = orbits.durations(points) if orbits.free_phase else None
+        if durations is not None and (np.diff(durations) > STOP.constant * durations[1:]).all():
+            reason = (
+                f"{still} cycles take ever longer there, {durations[0]:.4g} to {durations[-1]:.4g} "
+                "s, as towards a homoclinic orbit"
+            )
+            return MonitorResult(stop=Stop(interval.point, End("duration", reason, place)))
         what = "equilibria" if orbits.kind == "equilibrium" else "orbits"
-        reason = (
-            f"the locus stands still at {at}: its last {STOP.away} {what} are all critical there, "
-            "to rounding; choose other parameters"
-        )
+        reason = f"{still} {what} are all critical there, to rounding; choose other parameters"
         return MonitorResult(stop=Stop(interval.point, End("family", reason, place)))
 
 
