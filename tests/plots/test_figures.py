@@ -55,6 +55,16 @@ def test_family_names_its_members(ax):
     assert texts(ax) == ["PD", "one", "two"]
 
 
+def test_the_ordinate_fits_all_but_families_and_what_is_drawn_beside_them(ax):
+    s = np.linspace(0, 1, 5)
+    center = drawn_branch(s, {"x": 100 * s}, [INSIDE] * 5, stopped="family")
+    diagram = diagram_of(center, drawn_branch(s, {"x": s}, [INSIDE] * 5))
+    draw_response(diagram, ax=ax, annotate=False)
+    assert 1 < ax.get_ylim()[1] < 1.2
+    ax.plot([0.5], [3.0], "o")
+    assert 3 < ax.get_ylim()[1] < 3.6
+
+
 def test_limits_of_the_model_are_marked(ax):
     s = np.linspace(0, 0.4, 5)
     branch = drawn_branch(
@@ -128,6 +138,10 @@ def test_a_time_series_is_a_line_and_of_many_vibrations_the_band_between_their_e
     corners = ax.collections[0].get_paths()[0].vertices
     ends = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
     np.testing.assert_array_equal([ends.min(), ends.max()], [last.min(), last.max()])
+    assert corners[:, 0].max() == doubled.output("y")[0][-1]
+    ax.set_title("of the caller", loc="left")
+    draw_timeseries(doubled, "x", ax)
+    assert ax.get_title(loc="left") == "of the caller"
 
 
 def test_phase_portrait_has_one_dot_a_forcing_period(ax, doubled):

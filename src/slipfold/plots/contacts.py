@@ -20,7 +20,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.plots.style import axes_or_new, palette
+from slipfold.plots.style import add_title, axes_or_new, palette
 
 BANDS: Mapping[Status, tuple[str, str, str]] = MappingProxyType(
     {
@@ -305,7 +305,7 @@ def draw_friction(
     ax.set_ylim(0, 1.15 * max(float(coefficient.max()), law.stiction) or 1.0)
     ax.set_xlabel("slip speed (m/s)")
     ax.set_ylabel(r"friction coefficient $\mu$")
-    ax.set_title(law.label)
+    add_title(ax, law.label)
     _draw_slope(ax, speeds, slope)
     return ax
 

@@ -152,15 +152,18 @@ def draw_family(
         words = " and ".join(MEASURE_NAMES.get(part, part) for part in parts_of(measure))
         label_output(ax, "y", first.model, output, words)
     colors = palette(len(diagrams)) if colors is None else colors
-    for diagram, color in zip(diagrams, colors, strict=True):
-        for branch in diagram.branches:
-            for part in parts_of(measure):
-                for line in branch_segments(branch, output, part):
-                    ax.plot(line.parameter, line.value, color=color, **LINES[line.kind])
+    colored = list(zip(diagrams, colors, strict=True))
+    for diagram, color in colored:
+        _draw_branches(ax, diagram, output, measure, color, families=False)
         _draw_tori(ax, diagram.tori, output, measure, color)
-    _leave_out_families(ax, diagrams, output, measure)
+    # The ordinate fits all but families, which have cycles of every amplitude.
+    fitted = ax.dataLim.frozen()
+    for diagram, color in colored:
+        _draw_branches(ax, diagram, output, measure, color, families=True)
+    if fitted.height > 0:
+        ax.dataLim.intervaly = fitted.intervaly
     # Markers lie on top of all lines.
-    for diagram, color in zip(diagrams, colors, strict=True):
+    for diagram, color in colored:
         for mark in marks_in(diagram, output, measure):
             ax.plot(
                 mark.parameter, mark.value, linestyle="none", marker=MARKERS[mark.type],
@@ -171,18 +174,14 @@ def draw_family(
     return ax
 
 
-def _leave_out_families(ax: Axes, diagrams: Sequence[Diagram], output: str, measure: str) -> None:
-    """Fit the ordinate to all but families of cycles of every amplitude, as around a center."""
-    branches = [branch for diagram in diagrams for branch in diagram.branches]
-    others = [branch for branch in branches if branch.stopped.kind != "family"]
-    if len(others) == len(branches):
-        return
-    lines = [branch_segments(each, output, part) for each in others for part in parts_of(measure)]
-    values = np.concatenate([np.empty(0), *(line.value for own in lines for line in own)])
-    values = values[np.isfinite(values)]
-    if len(values) and np.ptp(values) > 0:
-        room = 0.05 * float(np.ptp(values))
-        ax.set_ylim(values.min() - room, values.max() + room)
+def _draw_branches(
+    ax: Axes, diagram: Diagram, output: str, measure: str, color: str, *, families: bool
+) -> None:
+    """Draw the lines of all branches that are, or are not, families of cycles, as of a center."""
+    for branch, part in product(diagram.branches, parts_of(measure)):
+        if (branch.stopped.kind == "family") == families:
+            for line in branch_segments(branch, output, part):
+                ax.plot(line.parameter, line.value, color=color, **LINES[line.kind])
 
 
 def name_family(

@@ -18,6 +18,7 @@ from slipfold.errors import InputError
 from slipfold.models.structures.component import is_whole
 from slipfold.models.structures.mesh import AXES, Mesh, MeshShapes
 from slipfold.models.units import parse_quantity
+from slipfold.plots.style import add_title
 
 COLORS = colormaps["viridis"]
 """Colors of displacements."""
@@ -58,7 +59,7 @@ def draw_shape(
     beside = 0.14 if len(axes) == 3 else 0.05  # a name stands between
     ax.figure.colorbar(bar, ax=ax, label="displacement (m)", shrink=0.7, pad=beside)
     times = "" if scale == 1 else f", drawn times {scale:.3g}"
-    ax.set_title(f"{shapes.labels[shape]}{times}")
+    add_title(ax, f"{shapes.labels[shape]}{times}")
     return ax
 
 

@@ -136,6 +136,12 @@ def axes_or_new(ax: Axes | None) -> Axes:
     return pyplot.subplots(layout="constrained")[1]
 
 
+def add_title(ax: Axes, text: str) -> None:
+    """Title axes that have no title, as those that a caller titled keep theirs."""
+    if not any(ax.get_title(place) for place in ("left", "center", "right")):
+        ax.set_title(text)
+
+
 def panels_of(
     ax: Any, rows: int, columns: int, size: tuple[float, float] | None = None, **shared: bool
 ) -> NDArray[np.object_]:

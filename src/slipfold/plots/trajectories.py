@@ -25,6 +25,7 @@ from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import (
     MEASURE_NAMES,
     add_color_bar,
+    add_title,
     axes_or_new,
     label_axis,
     label_of,
@@ -82,8 +83,11 @@ def draw_timeseries(
             each.reduceat(part, first)
             for each, part in ((np.fmin, values), (np.fmax, values), (np.fmin, time))
         )
-        ax.fill_between(start_of, low, high, facecolor=to_rgba(color, 0.25), edgecolor=color)
-        ax.set_title(f"band between the extrema of {vibrations} vibrations")
+        # The last extrema hold from the start of their part to the last time.
+        low, high = (np.append(each, each[-1]) for each in (low, high))
+        times = np.append(start_of, np.nanmax(time))
+        ax.fill_between(times, low, high, facecolor=to_rgba(color, 0.25), edgecolor=color)
+        add_title(ax, f"band between the extrema of {vibrations} vibrations")
     else:
         ax.plot(time, values, color=color, linewidth=0.9)
     ax.margins(x=0.0)
@@ -234,7 +238,7 @@ def draw_spectrum_at(
     output = output or diagram.model.shown[0]
     ax = draw_torus_spectrum(chosen.spectrum(row), output, ax, largest_order=largest_order)
     place = with_unit(f"{vary} = {chosen.parameter[row]:.6g}", unit)
-    ax.set_title(f"tori {chosen.id}, {place}")
+    add_title(ax, f"tori {chosen.id}, {place}")
     return ax
 
 
@@ -406,7 +410,7 @@ def draw_section(
     ax.margins(0.05)
     label_output(ax, "x", sweep.model, output)
     label_output(ax, "y", sweep.model, against)
-    ax.set_title(with_unit(f"{sweep.vary} = {value:.6g}", sweep.model.parameter(sweep.vary).unit))
+    add_title(ax, with_unit(f"{sweep.vary} = {value:.6g}", sweep.model.parameter(sweep.vary).unit))
     return ax
 
 

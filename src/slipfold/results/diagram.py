@@ -138,10 +138,11 @@ class Diagram(CurveDiagram):
 
     `plot` draws the diagram, e.g. with ``measure="peak_to_peak"``, ``measured=`` a
     `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose trajectories are dots under the
-    branches; with ``kind="spectrum"`` the lines of the torus nearest to the value ``at=``, with
-    ``kind="eigenvalues"`` frequencies in Hz and damping ratios in per cent of the equilibria, up to
-    the frequency ``highest=``; with ``kind="backbone"`` those of a nonlinear mode over its
-    amplitude.
+    branches. Lines of families of cycles of every amplitude, as around a center, go beyond axes
+    that fit all other branches. With ``kind="spectrum"`` it draws the lines of the torus nearest to
+    the value ``at=``, with ``kind="eigenvalues"`` frequencies in Hz and damping ratios in per cent
+    of the equilibria, up to the frequency ``highest=``; with ``kind="backbone"`` those of a
+    nonlinear mode over its amplitude.
 
     Examples
     --------

@@ -93,12 +93,12 @@ class Simulation(Trajectory, Result):
 
     Notes
     -----
-    `plot` draws ``kind="timeseries"`` of an output, from period ``start=`` to ``stop=``, its
-    ``"spectrum"`` or ``"phase"``. Of contacts with exact friction, in the last ``rounds=``, of all
-    or one ``contact=``: ``"hysteresis"``, friction over displacement; ``"friction"``, over the
-    velocity of the moving surface relative to the body; ``"path"``, where a contact in a plane
-    goes, and ``"track"``, where on the moving surface; ``"timeline"``, when contacts stick, slip
-    and are open.
+    `plot` draws ``kind="timeseries"`` of an output, from period ``start=`` to ``stop=``, where more
+    than 200 vibrations become the band between their extrema, its ``"spectrum"`` or ``"phase"``. Of
+    contacts with exact friction, in the last ``rounds=``, of all or one ``contact=``:
+    ``"hysteresis"``, friction over displacement; ``"friction"``, over the velocity of the moving
+    surface relative to the body; ``"path"``, where a contact in a plane goes, and ``"track"``,
+    where on the moving surface; ``"timeline"``, when contacts stick, slip and are open.
 
     Examples
     --------
