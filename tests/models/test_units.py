@@ -96,7 +96,10 @@ def test_message_names_the_units_that_fit():
 
 @pytest.mark.parametrize(
     ("unit", "meant"),
-    [("rad/sec", "s"), ("hz", "Hz"), ("KG", "kg"), ("Newton/m", "N"), ("kilos", "kg")],
+    [
+        *[("rad/sec", "s"), ("hz", "Hz"), ("KG", "kg"), ("Newton/m", "N"), ("kilos", "kg")],
+        *[("Nm/rad", "N m"), ("Ns/m", "N s"), ("Nmm", "N mm"), ("1/minutes", "min")],
+    ],
 )
 def test_a_misspelled_unit_is_refused(unit, meant):
     text = f'[parameters]\nc = {{ value = 1.0, unit = "{unit}" }}\n[states]\nq = "-c*q"\n'
@@ -111,7 +114,12 @@ def test_an_unknown_unit_is_refused_by_those_that_are_known():
 
 
 @pytest.mark.parametrize(
-    "unit", ["", "m", "rad/s", "N s/m", "kN/mm", "mS/cm^2", "1/yr", "µm", "mol/L", "°"]
+    "unit",
+    [
+        *["", "m", "rad/s", "N s/m", "kN/mm", "mS/cm^2", "1/yr", "µm", "mol/L", "°"],
+        *["m/s²", "s⁻¹", "kg m²", "N·m", "mm²", "m³/s", "°C", "daN", "kgf", "mM", "µM/s", "kcal"],
+        *["slug", "1/day", "L/hr", "mmHg", "atm", "ppm", "cSt", "kWh", "lbf in", "IU/mL"],
+    ],
 )
 def test_other_units_are_taken(unit):
     system = System(parameters={"c": {"value": 1.0, "unit": unit}}, states={"q": "-c*q"})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
@@ -36,15 +37,23 @@ _QUANTITY = re.compile(
 _COMMA = re.compile(r"\s*[-+−]?[0-9]+,[0-9]+(?![0-9.,])")
 """What is meant as a decimal comma: one that digits and no point surround."""
 
-_SYMBOLS = (*"mgsAKNJWVCFSTHΩLl", "Hz", "Pa", "mol", "cd", "Wb", "ohm", "bar", "eV")
+_SYMBOLS = (
+    *(*"mgsAKNJWVCFSTHΩLlMUP", "Hz", "Pa", "mol", "cd", "Wb", "ohm", "bar", "eV", "Wh", "Ah"),
+    *("Bq", "Gy", "Sv", "kat", "lm", "lx", "cal", "Da", "dyn", "erg", "St", "Torr", "VA"),
+)
 """Symbols of units that may have a prefix."""
 
 _PREFIXES = ("", *"TGMkhdcmunpfµμ")
 
+_WORDS = """
+rad mrad sr deg arcmin arcsec rpm rps rev turn cycle cycles degC degF dB Np Å ha ppm ppb IU
+min h hr d day days week month yr year years t daN kgf gf tf mmHg atm hp BTU Btu cell cells
+psi ksi slug lb lbs lbm lbf kip oz ozf in inch ft yd mi mph gal
+"""
+
 _KNOWN = {
     *(prefix + symbol for prefix in _PREFIXES for symbol in _SYMBOLS),
-    *("rad", "mrad", "sr", "deg", "rpm", "rev", "min", "h", "d", "yr", "year", "t", "dB"),
-    *("in", "ft", "lb", "lbf", "psi"),
+    *_WORDS.split(),
 }
 """Words that units consist of."""
 
@@ -56,7 +65,15 @@ _MEANT = {
     **dict.fromkeys(("radian", "radians", "rads"), "rad"),
     **dict.fromkeys(("degree", "degrees", "degs"), "deg"),
     **dict.fromkeys(("kilo", "kilos", "kilogram", "kilograms", "kgs"), "kg"),
+    **dict.fromkeys(("hour", "hours", "hrs"), "h"),
+    **dict.fromkeys(("minute", "minutes", "mins"), "min"),
+    **{
+        unit.replace(" ", "").lower(): unit
+        for unit in ("N m", "kN m", "N mm", "N s", "N m s", "kg m")
+    },
     "hertz": "Hz",
+    "pascal": "Pa",
+    "feet": "ft",
 }
 """The unit that is meant by a word in small letters."""
 
@@ -67,7 +84,7 @@ def check_unit(unit: str) -> str:
     >>> check_unit("N s/m"), check_unit("1/yr")
     ('N s/m', '1/yr')
     """
-    for word in re.findall(r"[^\W\d_]+", unit):
+    for word in re.findall(r"[^\W\d_]+", unicodedata.normalize("NFKC", unit)):  # ² becomes 2
         if word not in _KNOWN:
             meant = _MEANT.get(word.lower())
             hint = f"did you mean {meant}? " if meant else ""
