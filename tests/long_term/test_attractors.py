@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.long_term.attractor import preserves_volume
 from slipfold.long_term.search import checked_box
+from slipfold.long_term.verified import AttractorSet
 
 MODELS = sf.built_in_models()
 
@@ -161,6 +163,21 @@ def test_where_volumes_are_preserved_nothing_attracts_and_it_is_said(force):
     assert "4 undecided; the model preserves volumes of states, so nothing attracts" in str(
         found.summary()
     )
+
+
+def test_damping_that_acts_only_elsewhere_is_seen():
+    away = "c*v*(1/(1 + exp(50*(3 - x))) + 1/(1 + exp(50*(3 + x))))"
+    text = FORCED_WELL.replace("F = 0.05", "F = 0.3, c = 2").replace("0.2*v", away)
+    model = system(text)
+    assert not preserves_volume(model)
+    assert preserves_volume(model.replace(c=0))
+
+
+def test_chaos_that_preserves_volumes_attracts_nothing_though_formulas_hide_it():
+    # The terms x*v and v^2/2 of a Hamiltonian cancel in the divergence.
+    text = FORCED_WELL.replace("0.05", "0.1").replace('"v"', '"v + 0.1*x*v"')
+    model = system(text.replace("0.2*v", "0.05*v^2"))
+    assert AttractorSet(model).classified(np.array([0.3, 0.2]), False) is None
 
 
 def test_rest_and_a_cycle_that_coexist():

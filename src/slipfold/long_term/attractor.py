@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.simulate import simulate
@@ -58,15 +60,22 @@ class Attractor:
 
 
 def preserves_volume(model: Model) -> bool:
-    """Whether the flow preserves volumes of states, so that nothing attracts (Liouville)."""
+    """Whether formulas show that volumes of states are preserved, so that nothing attracts.
+
+    By Liouville that is where the divergence of the flow is zero. Terms that cancel only where they
+    are expanded do not show it; exponents along a trajectory do, whose sum is then zero.
+    """
     if contacts_of(model):  # stick contracts
         return False
-    flow, scales, count = flow_of(model), model.state_scales(), 4
-    states = model.start + np.random.default_rng(0).normal(size=(count, len(scales))) * scales
-    slopes = flow.jacobians(states, np.arange(count) / count, flow.constants_of(model))
-    sizes = np.abs(slopes * scales / scales[:, None]).max(axis=(1, 2))
-    divergence = np.abs(np.trace(slopes, axis1=1, axis2=2))
-    return bool(np.all(divergence <= len(scales) * np.finfo(float).eps * sizes))
+    equations = build_equations(model)
+    constants = flow_of(model).constants_of(model).values
+    known = {
+        str(name): hy.expression(value)
+        for name, value in zip(equations.coefficients, constants, strict=True)
+    }
+    rates = hy.subs(list(equations.field), known)
+    slopes = [hy.diff(rate, state) for rate, state in zip(rates, equations.states, strict=True)]
+    return bool(hy.sum(slopes) == hy.expression(0.0))
 
 
 def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:

@@ -108,6 +108,7 @@ class AttractorSettings:
     point: float = 1e-5  # extent of a cycle that is an equilibrium
     exponents: tuple[int, ...] = (2000, 8000)  # periods after which exponents decide
     tolerance: float = 1e-8  # of these exponents
+    preserved: float = 1e-9  # sum of exponents per period that is zero but for rounding
     reach: float = 1.5  # half width of the default box, in scales
     stored: int = 33  # last states of each trajectory that are examined
     scouts: int = 256  # starts of a first search; others mostly converge to what it finds
@@ -345,6 +346,9 @@ class AttractorSet:
                 result = find_exponents(self.model, state, periods, ATTRACTOR.tolerance)
             except InputError:
                 return None
+            # Along an attractor volumes shrink, and the sum of exponents is their rate.
+            if abs(result.estimates[-1].exponents.sum()) <= ATTRACTOR.preserved:
+                return None
             if (
                 result.classification.kind == "periodic"
                 and result.classification.period is not None
@@ -358,7 +362,7 @@ class AttractorSet:
 
     @cached_property
     def _preserved(self) -> bool:
-        """Whether nothing attracts, chaotic or not."""
+        """Whether formulas show that nothing attracts, chaotic or not."""
         return preserves_volume(self.model)
 
     @property
