@@ -215,6 +215,15 @@ def test_rotation_numbers_of_tori_are_those_of_closed_forms():
     assert rotation_of(noise, np.ones(2), np.zeros(2)) is None
 
 
+@pytest.mark.parametrize("periods", [1, 2])
+def test_one_period_decides_nothing_and_shows_no_rotation(periods):
+    found = sf.lyapunov(MODELS["duffing"](), periods=periods)
+    assert (found.classification.kind, found.classification.rotation) == ("undecided", None)
+    for count in range(9):
+        turned = np.cos(np.arange(count))[:, None]
+        assert rotation_of(turned, np.ones(1), np.zeros(1)) is None
+
+
 @pytest.mark.parametrize(("beat", "off"), [(25_000, 3e-4), (8000, 3e-4), (130, 1e-6)])
 @pytest.mark.parametrize(("p", "q"), [(3, 8), (1, 2), (2, 5)])
 def test_the_error_of_a_rotation_number_holds_near_a_resonance(beat, off, p, q):
