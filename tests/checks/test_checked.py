@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.dry_friction import FORCED_SLIDER
 from slipfold.models.registry import model_named
 from slipfold.results.checks import curves as choice
 from slipfold.results.checks.checked import CHECKS, Check, Checked
@@ -219,3 +220,11 @@ def test_an_equilibrium_that_does_not_rest_does_not_agree_and_raises_nothing():
     wrong = dataclasses.replace(branch.orbit(0), nodes=branch.orbit(0).nodes + 1e-6)
     (check,) = check_some([Candidate("equilibrium", wrong, resting=True)], 1000).checks
     assert not check.agrees
+
+
+def test_static_friction_is_compared_where_a_contact_is_closed():
+    # It is open at phase zero, where a tension would turn the comparison around.
+    text = FORCED_SLIDER.replace('"1.0"', '"1 - 1.4*cos(W*t)"').replace('"0.6"', '"most"')
+    model = sf.System.from_toml(text.replace("F = 0.6", "F = 0.6, most = 0.6"))
+    assert choice._holds_more(sf.periodic_orbit(model))
+    assert not choice._holds_more(sf.periodic_orbit(model.replace(most=0.3)))

@@ -24,6 +24,7 @@ class CheckSettings:
     # Sum of changes on both sides, in scaled states, above which differences are no derivatives:
     # curvature that two steps resolve makes a hundredth of it
     aside: float = 0.01
+    loads: int = 64  # phases of a forcing period at one of which a contact is closed, if it ever is
     slopes: float = 1e-10  # defect of the change of a perturbation, which multipliers depend on
     forces: float = 1e-11  # violation of friction: events are met to 1e-14, slow slip ends at 1e-13
     # Fraction of its distance from the unit circle by which a multiplier may be uncertain

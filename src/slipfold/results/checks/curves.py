@@ -277,9 +277,16 @@ def _special(branch: Branch, point: SpecialPoint) -> Candidate:
 
 
 def _holds_more(orbit: PeriodicOrbit) -> bool:
-    """Whether contacts have more static friction than kinetic."""
-    now = hybrid_system(orbit.model, orbit.state).at(orbit.state, 0.0)
-    return bool((np.array(now.holding) > (1 + CONTACT.slack) * np.array(now.starting)).any())
+    """Whether contacts, where they are loaded, have more static friction than kinetic."""
+    system = hybrid_system(orbit.model, orbit.state)
+    states = orbit.sample(CHECKS.loads * orbit.period)[1]
+    phases = np.linspace(0.0, orbit.period, len(states), endpoint=False)
+    found = system.flow.quantities.along(states, phases, system.constants)
+    return any(
+        normal > 0 and holding > (1 + CONTACT.slack) * starting
+        for now in found
+        for normal, holding, starting in zip(now.normal, now.holding, now.starting, strict=True)
+    )
 
 
 def _at(curve: OrbitSeries, values: Any) -> str:
