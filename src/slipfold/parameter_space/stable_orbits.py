@@ -40,7 +40,8 @@ class PredictionRules:
     # Relative difference of measured quantities below which they are equal
     rounding: float = 1e-12
     # Singular value of the scaled derivatives, over the largest or the measurements' error, below
-    # which the measurements do not determine a combination of parameters
+    # which the measurements do not determine a combination of parameters: ten times the error of
+    # derivatives by differences, so that what counts as known has a digit
     blind: float = 1e-7
 
 
