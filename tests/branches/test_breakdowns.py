@@ -12,6 +12,9 @@ import pytest
 
 import slipfold as sf
 from slipfold.bifurcations.branches import ends
+from slipfold.bifurcations.branches.switching_boundaries import left_to_change
+from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 BURST = 60
 """Calls that fail in a row: more than a step may be shortened."""
@@ -210,3 +213,15 @@ def test_multipliers_whose_products_overflow_end_a_branch():
             before=point, point=point, traced=SimpleNamespace(points=[point])
         )
         assert (watched.watch(interval).stop is not None) == stops
+
+
+def test_a_breakdown_at_a_change_of_contacts_leaves_its_distance_unknown(monkeypatch):
+    def breaks(*arguments: Any) -> Any:
+        raise np.linalg.LinAlgError("injected")
+
+    monkeypatch.setattr(MarginalShooting, "at", breaks)
+    orbits = SimpleNamespace(
+        by=object.__new__(SwitchedShooting), nodes=lambda z: z, constants=lambda z: None
+    )
+    last = SimpleNamespace(z=np.zeros(3), curve=SimpleNamespace(orbits=orbits))
+    assert left_to_change(last, "LIFT") == np.inf

@@ -370,12 +370,15 @@ def _change_beside(last: OrbitPoint, kind: str, known: Sequence[OrbitPoint]) -> 
 def left_to_change(last: OrbitPoint, kind: str) -> float:
     """Return how far in the parameter the last orbit before a change is from it.
 
-    Zero where no orbit meets it.
+    Zero where no orbit meets it, infinity where a breakdown leaves that unknown.
     """
-    met = None
-    with suppress(*BREAKDOWNS):
-        met = _change_beside(last, kind, (last,))
-    return 0.0 if met is None else abs(float(met.z[-1] - last.z[-1]))
+    try:
+        met = _met_from(last, kind)
+        if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > RULES.nearly:
+            return 0.0
+    except BREAKDOWNS:
+        return np.inf
+    return abs(float(met.z[-1] - last.z[-1]))
 
 
 def _change_met(kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
@@ -384,20 +387,25 @@ def _change_met(kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
     Newton's method seldom converges from the side on which a second contact, or stop, changes too.
     """
     for point in known:
-        by, at = point.curve.orbits.by, _at(point)
-        if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
-            return None
         with suppress(*BREAKDOWNS):
-            if kind in GRAZED:
-                change = MarginalShooting.at(by, *at, kind)
-            else:
-                change = next((stop for _, stop in MarginalShooting.stops_of(by, *at)), None)
-            if change is None or change.met.level:  # slip in the plane vanishes in its own way
-                continue
-            _, met = _only_just(point, change)
+            met = _met_from(point, kind)
             if met is not None:
                 return met
     return None
+
+
+def _met_from(point: OrbitPoint, kind: str) -> OrbitPoint | None:
+    """Return the orbit near one that only just meets a change of contacts, if one is found."""
+    by, at = point.curve.orbits.by, _at(point)
+    if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
+        return None
+    if kind in GRAZED:
+        change = MarginalShooting.at(by, *at, kind)
+    else:
+        change = next((stop for _, stop in MarginalShooting.stops_of(by, *at)), None)
+    if change is None or change.met.level:  # slip in the plane vanishes in its own way
+        return None
+    return _only_just(point, change)[1]
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
