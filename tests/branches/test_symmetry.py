@@ -124,6 +124,7 @@ def test_cells_that_swing_alike_are_followed_where_all_pairs_cross_at_once():
     diagram = sf.response(cells, vary="m", span=(-0.5, 0.2))
     (onset,) = diagram.branches[0].special
     assert (onset.type, onset.value) == ("HB", pytest.approx(0, abs=1e-12))
+    assert "at most 2 of the 3 critical pairs are followed, one of each" in onset.undecided
     alike = diagram.branches[-1]
     assert alike.stopped.kind == "span"
     assert np.ptp(alike.states[-1, :3]) < 1e-9

@@ -83,7 +83,16 @@ class SpecialPoint(LocatedPoint):
         if self.criticality is not None or meaningless:
             return None
         if self.several:
-            return "criticality unknown: several multipliers are critical at once, as by a symmetry"
+            angles = np.sort(angles_on_circle(self.multipliers))
+            distinct = np.count_nonzero(np.diff(angles, prepend=-1.0) > ALIKE)
+            followed = (
+                f"; cycles of at most {distinct} of the {len(angles)} critical pairs are followed, "
+                "one of each frequency"
+            )
+            return (
+                "criticality unknown: several multipliers are critical at once, as by a symmetry"
+                f"{followed if self.type == 'HB' and distinct < len(angles) else ''}"
+            )
         if self.type == "BP" and self.coefficient is None and self.name != "pitchfork":
             return "no other branch was found to cross here"
         if self.coefficient is None or not np.isfinite(self.coefficient):

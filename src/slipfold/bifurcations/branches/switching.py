@@ -92,7 +92,7 @@ def emanating_branches(
 ) -> list[EmanatingBranch]:
     """Return the branches that begin at a special point, if their period is not too long.
 
-    At a Hopf point several pairs of eigenvalues may be critical: each has cycles of its own.
+    At a Hopf point several pairs of eigenvalues may be critical: one of each frequency is followed.
     """
     if found.type == "BP" and found.other is not None:
         tests = {**found.point.tests, "LP": float(found.other[-1])}
@@ -105,7 +105,7 @@ def emanating_branches(
             np.sort(angles_on_circle(found.point.multipliers)),
             orbits.unit(found.point.z),
         )
-        apart = angles[np.diff(angles, prepend=-1.0) > ALIKE]  # of equals all mix
+        apart = angles[np.diff(angles, prepend=-1.0) > ALIKE]  # of equals one is followed
         first = [
             hopf_cycle(
                 orbits, found.point.z, method, frequency=None if each is None else each / unit
