@@ -33,6 +33,22 @@ def eigenvalues(mu):
     return np.linalg.eigvals(np.block([[np.zeros((SIZE, SIZE)), M], [-k, -C]]))
 
 
+def test_a_damper_is_no_rounding_of_one_a_trillion_times_as_strong():
+    size, own, light = 12, 16 * np.pi, 1e-9
+    mass, damping = np.eye(size + 1), np.zeros((size + 1, size + 1))
+    stiffness = own**2 * (2 * np.eye(size + 1) - np.eye(size + 1, k=1) - np.eye(size + 1, k=-1))
+    stiffness[size, :] = stiffness[:, size] = 0.0  # the light mass is by itself
+    mass[size, size], stiffness[size, size] = light, light * own**2
+    damping[0, 0], damping[size, size] = 2e3, 0.02 * own * light
+    force = sf.HarmonicForce(f"q{size + 1}", F=light)
+    orbit = sf.periodic_orbit(sf.Structure(mass, damping, stiffness, forcing=force, f=7.0))
+    eye, none = np.eye(size + 1), np.zeros((size + 1, size + 1))
+    inverse = np.linalg.inv(mass)
+    system = np.block([[none, eye], [-inverse @ stiffness, -inverse @ damping]])
+    exact = np.sort(np.abs(np.exp(np.linalg.eigvals(system) / 7)))
+    assert np.sort(np.abs(orbit.multipliers)) == pytest.approx(exact, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     "reduction",
     [

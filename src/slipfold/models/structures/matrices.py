@@ -48,6 +48,9 @@ class MatrixSettings:
     # Frequency over the largest one below which a motion is free: it has no relative error
     free: float = 1e-6
     coupled: float = 1e-9  # damping between two modes, over the mean of their own, that is rounding
+    # Singular value of a matrix in units of the masses, over the largest, that is rounding: weak
+    # dampers beside strong ones are few roundings times the number of degrees of freedom larger
+    rank: float = 1e-13
     joined: int = 8  # rank of a matrix that couples modes, or rows, up to which it is a few forces
     most_modes: int = 120  # that are tried for an accuracy: orbits of more take minutes each
 

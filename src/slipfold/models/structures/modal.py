@@ -101,12 +101,16 @@ class _Forces:
 
     def couple(self, key: str | None, matrix: Array, c: Symbols, moving: bool) -> bool:
         """Add a matrix times displacements, or rates; return whether it acts at few places."""
-        left, sizes, right = np.linalg.svd(matrix)
-        rank = int(np.count_nonzero(sizes > MATRICES.coupled * sizes[0]))
+        units = np.sqrt(np.diag(self._assembly.mass))  # else N s/m would be held against N m s
+        left, sizes, right = np.linalg.svd(matrix / units[:, None] / units)
+        rank = int(np.count_nonzero(sizes > MATRICES.rank * sizes[0]))
         if rank > MATRICES.joined:
             return False
-        inputs = self._into @ self._assembly.inertia.over(-left[:, :rank] * sizes[:rank])
-        for column, row in zip(inputs.T, right[:rank] @ self._shapes, strict=True):
+        right = right[:rank] * units
+        tops = np.take_along_axis(right, np.abs(right).argmax(axis=1)[:, None], axis=1)
+        inputs = -left[:, :rank] * units[:, None] * sizes[:rank] * tops[:, 0]
+        inputs = self._into @ self._assembly.inertia.over(inputs)
+        for column, row in zip(inputs.T, right / tops @ self._shapes, strict=True):
             parts = (np.zeros(len(row)), row) if moving else (row, np.zeros(len(row)))
             motion = self._motion(np.concatenate(parts))
             force = motion if key is None else c[key] * motion
