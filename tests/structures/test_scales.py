@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import LSODA, OdeSolver
 
 import slipfold as sf
 from slipfold.bifurcations.branches.response import trace_response
@@ -114,6 +115,30 @@ def test_scales_of_many_modes_need_no_compiled_integrator(monkeypatch):
     by_modes = measured(chain)
     np.testing.assert_array_equal(by_modes.state_scales(), by_flow.state_scales())
     np.testing.assert_array_equal(by_modes.step_scales(), by_flow.step_scales())
+
+
+def test_a_trial_that_escapes_ends_there(monkeypatch):
+    # The spring softens until nothing holds the mass: no step advances beyond a finite time.
+    size, stiffness, taken = 12, (16 * math.pi) ** 2, []
+
+    def step(solver: LSODA) -> None:
+        taken.append(solver)
+        assert len(taken) < 5000
+        OdeSolver.step(solver)
+
+    monkeypatch.setattr(LSODA, "step", step)
+    chain = sf.Structure(
+        np.eye(size),
+        0.32 * math.pi * np.eye(size),
+        stiffness * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)),
+        elements=sf.CubicSpring("q11", k3=-1e3),
+        forcing=sf.HarmonicForce("q11", F=3000.0),
+        f=2.0,
+    )
+    scales = measured(chain).state_scales()
+    assert taken
+    assert np.isfinite(scales).all()
+    assert (scales > 0).all()
 
 
 def test_a_plate_that_hardly_moves_at_first_does_not_set_the_scale():

@@ -32,6 +32,8 @@ class ScaleSettings:
     periods: int = 8  # of a trial trajectory: a resonance shows, an instability is still small
     samples: int = 16  # of it a period
     trial: float = 1e-8  # its error a step by modes: scales are powers of two, which hardly change
+    # Most steps of it by modes, a second or two: twice what the fastest that are followed take
+    steps: int = 50_000
     rounding: float = 1e-9  # of the displacement at rest, or of the fastest rate
     # Relative changes of states and coefficients that show which derivatives are rounding errors:
     # several, since two evaluations may round alike
@@ -466,21 +468,30 @@ class _View:
         """
         if not modes_serve(self.model):
             return self.flow.trajectory(self.rest, constants, grid, patient=False)
-        from scipy.integrate import solve_ivp  # takes a while to load
+        from scipy.integrate import LSODA  # takes a while to load
 
         field = Field(self.flow, constants, constants.scales, [], LinearPart())
-        found = solve_ivp(
+        solver = LSODA(
             lambda phase, state: field.rates(state, np.asarray(phase)),
-            (grid[0], grid[-1]),
+            grid[0],
             self.rest / field.scales,
-            "LSODA",
-            grid,
-            jac=lambda phase, state: field.jacobians(state, np.asarray(phase)),
+            grid[-1],
             rtol=SCALES.trial,
             atol=SCALES.trial,
+            jac=lambda phase, state: field.jacobians(state, np.asarray(phase)),
         )
         states = np.full((len(grid), len(self.rest)), np.nan)
-        states[: len(found.t)] = found.y.T * field.scales
+        states[0], known = self.rest, 1
+        for _ in range(SCALES.steps):
+            solver.step()
+            if not solver.step_size or not np.isfinite(solver.y).all():  # states have escaped
+                break
+            through = int(np.searchsorted(grid, solver.t, "right"))
+            if through > known:
+                part = solver.dense_output()(grid[known:through])
+                states[known:through], known = part.T * field.scales, through
+            if solver.status != "running":
+                break
         return states
 
     def _bent_distance(self, group: NDArray[np.bool_]) -> float:
