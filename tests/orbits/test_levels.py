@@ -36,6 +36,16 @@ def test_a_linear_oscillator(oscillator):
     assert sf.periodic_orbit(oscillator.replace(F=0.0)).level("x") == -math.inf
 
 
+def test_harmonics_are_those_of_their_number(oscillator):
+    orbit = sf.periodic_orbit(oscillator)
+    assert orbit.harmonic("x") == pytest.approx(amplitude(0.15), rel=1e-10)
+    for number in (64, 128):  # multiples of the numbers of samples of a mean
+        assert orbit.harmonic("x", number) < 1e-10
+    for number in (0, -1, 1.5):
+        with pytest.raises(InputError, match="give a whole number from 1"):
+            orbit.harmonic("x", number)
+
+
 def test_along_a_branch_and_in_a_figure(oscillator):
     diagram = sf.response(oscillator, "f", (0.1, 0.2))
     branch = diagram.branches[0]

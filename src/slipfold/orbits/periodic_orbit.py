@@ -116,11 +116,19 @@ class Measured:
             A state or output of the model.
         number
             That of the harmonic: its frequency is so many times that of the forcing, or of a cycle.
+
+        Raises
+        ------
+        InputError
+            If there is no such output, or if the number is no whole number from 1.
         """
+        if not (number >= 1 and number % 1 == 0):
+            raise InputError(f"no harmonic {number!r} of {output!r}; give a whole number from 1")
 
         def amplitude(orbit: PeriodicOrbit) -> float:
             turn = -2j * math.pi * number * orbit.period / orbit.duration
-            return 2 * abs(orbit._mean(output, lambda time, _: np.exp(turn * time)))
+            mean = orbit._mean(output, lambda time, _: np.exp(turn * time), 4 * int(number))
+            return 2 * abs(mean)
 
         return self._each(amplitude)
 
@@ -322,15 +330,21 @@ class PeriodicOrbit(Measured, OneLine):
     def _each(self, measure: Callable[[PeriodicOrbit], float]) -> float:
         return measure(self)
 
-    def _mean(self, output: str, weights: Callable[[Array, Array], Any]) -> Any:
-        """Return the mean of one output times weights that times and values give."""
-        count, before = MEANS.fewest * self.period, np.inf
+    def _mean(
+        self, output: str, weights: Callable[[Array, Array], Any], fewest: int = MEANS.fewest
+    ) -> Any:
+        """Return the mean of one output times weights that times and values give.
+
+        The weights need so many samples of a forcing period at first: of fewer, they are others.
+        """
+        count, before = max(fewest, MEANS.fewest) * self.period, np.inf
+        most = max(MEANS.most * self.period, 2 * count)
         while True:
             time, values = self.output(output, count)
             values = values * weights(time, values)
             mean = values.mean()
             settled = abs(mean - before) <= MEANS.change * float(np.abs(values).mean())
-            if settled or count >= MEANS.most * self.period:
+            if settled or count >= most:
                 return mean
             count, before = 2 * count, mean
 
