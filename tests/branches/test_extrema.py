@@ -143,3 +143,10 @@ def test_extrema_are_saved(tmp_path):
 def test_a_parameter_without_a_value_is_refused():
     with pytest.raises(sf.InputError, match="event on parameter 'W' has no value; give one"):
         sf.Event("W", measure="parameter")
+
+
+def test_where_a_motion_with_stick_has_a_mean_is_as_certain_as_said():
+    size = sf.periodic_orbit(rubbing(W=0.89)).rms("x")
+    diagram = sf.response(DRY, "W", (0.885, 0.895), events=sf.Event("x", size, "rms"))
+    (found,) = diagram.branches[0].special
+    assert found.value == pytest.approx(0.89, rel=1e-11)

@@ -321,6 +321,13 @@ class Discretization(ABC):
         """Return the flow at the first node. Shapes: nodes (m, n)."""
         return self.flow
 
+    def changes(self, nodes: Array, constants: Constants) -> Array:
+        """Return the phases at which contacts change, (q,), from that of the first node on.
+
+        Shapes: nodes (m, n).
+        """
+        return np.empty(0)
+
     def flows_at(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> list[tuple[Flow, NDArray[np.intp]]]:

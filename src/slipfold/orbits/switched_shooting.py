@@ -174,6 +174,10 @@ class SwitchedShooting(Shooting):
         system = self.switched.system(nodes[0], constants, energies=False)
         return self.switched.of(reported_mode(first_mode(system, nodes[0], float(self.start[0]))))
 
+    def changes(self, nodes: Array, constants: Constants) -> Array:
+        """Return the phases at which contacts change, shape (q,)."""
+        return np.array([part.end for part, _ in self.round(nodes, constants)])
+
     def flows_at(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> list[tuple[Flow, NDArray[np.intp]]]:
