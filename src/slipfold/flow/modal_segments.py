@@ -229,12 +229,9 @@ class LinearizedSegments:
 
     def _answered(self, free: Some) -> tuple[Array, Array]:
         """Return motions by the beginnings, and by what moves without these, (m, s n_y, n or k)."""
-        if self._seen is not None:
-            return self._seen, np.linalg.solve(self._coupled, np.real(free))
-        both = np.concatenate([self.intervals.seen, free], axis=2)
-        found = np.linalg.solve(self._coupled, np.real(both))
-        self._seen = found[..., : found.shape[2] - free.shape[2]]
-        return self._seen, found[..., self._seen.shape[2] :]
+        if self._seen is None:  # alone: more right sides may round otherwise
+            self._seen = np.linalg.solve(self._coupled, np.real(self.intervals.seen))
+        return self._seen, np.linalg.solve(self._coupled, np.real(free))
 
 
 def solve_segments(
