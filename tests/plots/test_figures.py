@@ -55,14 +55,15 @@ def test_family_names_its_members(ax):
     assert texts(ax) == ["PD", "one", "two"]
 
 
-def test_the_ordinate_fits_all_but_families_and_what_is_drawn_beside_them(ax):
+def test_the_axes_fit_all_but_families_and_what_is_drawn_into_them_later(ax):
     s = np.linspace(0, 1, 5)
     center = drawn_branch(s, {"x": 100 * s}, [INSIDE] * 5, stopped="family")
     diagram = diagram_of(center, drawn_branch(s, {"x": s}, [INSIDE] * 5))
-    draw_response(diagram, ax=ax, annotate=False)
+    draw_response(diagram, ax=ax)
     assert 1 < ax.get_ylim()[1] < 1.2
-    ax.plot([0.5], [3.0], "o")
-    assert 3 < ax.get_ylim()[1] < 3.6
+    draw_response(diagram_of(drawn_branch(2 * s, {"x": 3 * s}, [INSIDE] * 5)), ax=ax)
+    assert 2 < ax.get_xlim()[1] < 2.3
+    assert 3 < ax.get_ylim()[1] < 3.4
 
 
 def test_limits_of_the_model_are_marked(ax):

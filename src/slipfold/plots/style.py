@@ -194,16 +194,17 @@ def within(ax: Axes, points: Array) -> Array:
 
 
 def settle(ax: Axes) -> None:
-    """Fix limits and layout, so that places in the figure can be computed."""
+    """Compute limits and layout, so that places in the figure are known."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     engine = figure.get_layout_engine()
     # A layout moves when it is drawn; a place holder stands for one that no longer does.
     if engine is not None and not isinstance(engine, PlaceHolderLayoutEngine):
         figure.draw_without_rendering()
-    # Limits are computed when they are requested, and not when a transform uses them.
-    ax.set_xlim(ax.get_xlim())
-    ax.set_ylim(ax.get_ylim())
+    # Limits are computed when they are requested, and not when a transform uses them. They still
+    # fit what is drawn later, as a second response in the same axes.
+    ax.set_xlim(ax.get_xlim(), auto=None)
+    ax.set_ylim(ax.get_ylim(), auto=None)
 
 
 def cell_edges(places: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -352,11 +352,11 @@ class Sweep(Result):
 
     Notes
     -----
-    `plot` draws ``kind="points"``, ``"section"``, the states at phase zero at one value ``at=``, or
-    ``"waterfall"``, amplitudes over frequency and parameter; of ``runs=``. Of points
-    ``measure="stroboscopic"`` at phase zero, or ``"max"``, ``"min"``, ``"peak_to_peak"`` and
-    ``"modulus"`` as in response diagrams: of the whole response where it repeats, else of each
-    forcing period.
+    `plot` draws ``kind="points"`` or ``"section"``, the states at phase zero at one value ``at=``,
+    of ``runs=``, or ``"waterfall"``, amplitudes over frequency and parameter, of one ``run=``, the
+    first if none is given. Of points ``measure="stroboscopic"`` at phase zero, or ``"max"``,
+    ``"min"``, ``"peak_to_peak"`` and ``"modulus"`` as in response diagrams: of the whole response
+    where it repeats, else of each forcing period.
 
     Examples
     --------
