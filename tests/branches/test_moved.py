@@ -1,9 +1,12 @@
 """Branches moved to other parameter values, against branches that are followed there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.bifurcations.branches import moved as moving
 from slipfold.bifurcations.branches.moved import moved_branches
 from slipfold.lines import branch_segments
 from slipfold.orbits.kinds import ForcedOrbits
@@ -81,6 +84,19 @@ def test_nothing_is_moved_where_bifurcations_vanish(known):
     assert moved_branches(known.branches, known.model.replace(f=12.4), SPAN) is None
 
 
+def test_what_is_moved_is_no_start_and_lacks_few_orbits(monkeypatch):
+    # At 12.0 Hz the response has no limit: how far it is moved must not depend on the way there.
+    slider, span = sf.SlidingOscillator(f=12.3), (0, 0.9)
+    known = sf.response(slider, "Nd", span).branches
+    moved = moved_branches(known, slider.replace(f=12.28), span)
+    assert moved_branches(moved, slider.replace(f=12.26), span) is None
+    far = moved_branches(known, slider.replace(f=12.0), span)
+    assert len(far[0]) < len(moved[0])
+    assert far[0].stopped.reason.endswith("the rest follows")
+    monkeypatch.setattr(moving, "MOVED", replace(moving.MOVED, dropped=0.0))
+    assert moved_branches(known, slider.replace(f=12.0), span) is None
+
+
 def structure(branches):
     return [[(point.type, point.criticality) for point in branch.special] for branch in branches]
 
@@ -99,9 +115,9 @@ def structure(branches):
 )
 def test_a_slider_moves_branches_as_far_as_the_structure_stays(model, vary, span, steps):
     start, *others = [sf.built_in_models()[model](**values) for values in steps]
-    moved = sf.response(start, vary, span).branches
+    known = sf.response(start, vary, span).branches
     for step in others:
-        moved = moved_branches(moved, step, span)
+        moved = moved_branches(known, step, span)
         if moved is None:
             return
         followed = structure(sf.response(step, vary, span).branches)

@@ -84,8 +84,8 @@ def test_a_moved_diagram_comes_before_the_one_that_is_followed_and_agrees_with_i
             assert mark["uncertainty"] < 1e-12
 
 
-def test_an_orbit_of_a_moved_diagram_follows_no_response_again(monkeypatch):
-    """A slider that moves asks for both: the orbit would take as long as the diagram."""
+def moved_through(*values):
+    """Return the last answer, which is moved, as a slider runs through values and does not rest."""
     answers, answering = [], Answering(Catalogue())
 
     def until_moved(answer):
@@ -93,11 +93,24 @@ def test_an_orbit_of_a_moved_diagram_follows_no_response_again(monkeypatch):
         if answer.get("moved"):
             raise Superseded
 
-    changed = {"f": 12.5, "Vd": 0.61}
     answering.answer(parse_request(json.dumps(diagram(1))), answers.append, lambda: None)
-    request = parse_request(json.dumps(diagram(2, parameters=changed)))
-    with pytest.raises(Superseded):
-        answering.answer(request, until_moved, lambda: None)
+    for value in values:
+        request = diagram(2, parameters={"f": 12.5, "Vd": value})
+        with pytest.raises(Superseded):
+            answering.answer(parse_request(json.dumps(request)), until_moved, lambda: None)
+    return answers, answering
+
+
+def test_what_is_moved_does_not_depend_on_the_way_of_the_slider():
+    (*_, directly), _ = moved_through(0.63)
+    (*_, through), _ = moved_through(0.61, 0.62, 0.63)
+    assert through["branches"] == directly["branches"]
+
+
+def test_an_orbit_of_a_moved_diagram_follows_no_response_again(monkeypatch):
+    """A slider that moves asks for both: the orbit would take as long as the diagram."""
+    changed = {"f": 12.5, "Vd": 0.61}
+    answers, answering = moved_through(0.61)
     monkeypatch.setattr("slipfold.interface.explorer.answering.response", None)
     branch = answers[-1]["branches"][0]
     middle = len(branch["x"]) // 2

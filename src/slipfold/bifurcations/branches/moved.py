@@ -55,11 +55,13 @@ class MovedRules:
     # Known orbits this near to a limit are left out, over the length of the branch: the limit
     # moves, and there orbits change too quickly to be corrected from others
     beside: float = 0.03
+    # Maximum fraction of the orbits that may be missing: the rest would show little of the response
+    dropped: float = 0.4
 
 
 MOVED = MovedRules()
 
-UNFINISHED = "moved from neighboring parameter values as far as that is sure; the limit follows"
+UNFINISHED = "moved from neighboring parameter values as far as that is sure; the rest follows"
 
 CHANGES = {"PD": 1, "NS": 2, "LP": 1}
 """Multipliers that cross the unit circle at each type of special point that is located."""
@@ -93,7 +95,7 @@ def _is_ordinary(branch: Branch) -> bool:
         and branch.stuck_fraction is None
         and all(item.type in CHANGES for item in branch.special)
         and branch.started.kind == ("span" if branch.parent is None else "bifurcation")
-        and branch.stopped.kind in ("span", "limit", "unfinished")
+        and branch.stopped.kind in ("span", "limit")
     )
 
 
@@ -199,6 +201,8 @@ class _Line:
             return False
         if ends != "span":
             chosen = chosen[: self._until_limit(found.z[chosen])]
+        if len(chosen) < (1 - MOVED.dropped) * len(guesses):
+            return False
         self._reached = float(places[chosen[-1]])
         parts = found.z, found.tangents, found.monodromies
         return self._bracket(Solutions(*(part[chosen] for part in parts)), zeros[chosen])

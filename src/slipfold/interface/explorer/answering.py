@@ -85,6 +85,7 @@ class Answering:
         self._catalogue = catalogue
         self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._nearest: dict[Hashable, Diagram] = {}
+        self._moved_last: tuple[Hashable, tuple[Branch, ...]] = (None, ())
         self._solutions = KeptTrajectories()
 
     def warm_up(self) -> None:
@@ -197,7 +198,10 @@ class Answering:
     # -- what is computed ----------------------------------------------------------------------
 
     def _moved(self, request: DiagramRequest) -> Diagram | None:
-        """Return a diagram from the last one that differs in parameters alone."""
+        """Return a diagram from the last followed one that differs in parameters alone.
+
+        It is not moved from a moved one: what is drawn does not depend on the way of a slider.
+        """
         model = self._catalogue.of(request)
         near = self._nearest.get(_family(model, request))
         if near is None or _key(model, request) in self._diagrams:
@@ -206,9 +210,8 @@ class Answering:
         if branches is None:
             return None
         changed = model.replace(**{request.vary: near.span[0]})
-        moved = replace(near, model=changed, branches=branches, checked=None)
-        self._nearest[_family(model, request)] = moved
-        return moved
+        self._moved_last = _key(model, request), branches
+        return replace(near, model=changed, branches=branches, checked=None)
 
     def _diagram(
         self,
@@ -226,6 +229,7 @@ class Answering:
             given = (model, request.vary, request.span)
             self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
         self._nearest[_family(model, request)] = self._diagrams[key]
+        self._moved_last = (None, ())
         self._diagrams.move_to_end(key)
         while len(self._diagrams) > PAGE.diagrams:
             self._diagrams.popitem(last=False)
@@ -238,11 +242,8 @@ class Answering:
 
         What a page shows while a slider moves need not wait for the whole response.
         """
-        model = self._catalogue.of(request)
-        near = self._nearest.get(_family(model, request))
-        if near is None or near.model != model.replace(**{request.vary: request.span[0]}):
-            return ()
-        return near.branches
+        key, branches = self._moved_last
+        return branches if key == _key(self._catalogue.of(request), request) else ()
 
     def _orbit(
         self, request: OrbitRequest, check: Check, known: tuple[Branch, ...] = ()
