@@ -58,7 +58,10 @@ def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):
     whole.is_on = True
     explorer.slide("Vd", 0.66)
     expect(explorer.page.locator(".specials .chip").first).not_to_have_text(BASE[0])
-    expect(waiting).to_contain_text("Computing the response")
+    while not whole.waiting:  # until then a response that is not moved may be shown
+        explorer.page.wait_for_timeout(20)
+    expect(waiting).to_contain_text("Computing the rest of the response")
+    expect(waiting).to_be_visible()
     assert explorer.strengths("live") == {1}
     expect(plot).to_have_attribute("aria-busy", "true")
     whole.let_go()

@@ -177,7 +177,7 @@ def test_what_takes_long_says_how_far_it_is(new_tab):
     explorer.release("Vd")
     waiting = explorer.page.locator(f"{DIAGRAM} .waiting")
     # The branches may be there already, and those of other motions be sought.
-    stages = "Computing the response|Following what motions settle on elsewhere"
+    stages = "Computing the (rest of the )?response|Following what motions settle on elsewhere"
     expect(waiting).to_have_text(re.compile(f"({stages})… branch 2, 37 points, Nd = 0.25\u202fN"))
     answers.let_go()
     expect(waiting).to_be_hidden()

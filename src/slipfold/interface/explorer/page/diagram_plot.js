@@ -208,8 +208,9 @@ export class DiagramPlot {
     this.node.classList.toggle("refused", hasFailed);
     this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
     this.node.classList.toggle("empty", !diagram);
-    this.node.classList.toggle("working", !isSettled && !diagram?.moved);
-    const words = this.#session.isMore && !diagram.moved ? "Following what motions settle on elsewhere…" : "Computing the response…";
+    this.node.classList.toggle("working", !isSettled);
+    const more = diagram?.moved ? "Computing the rest of the response…" : "Following what motions settle on elsewhere…";
+    const words = this.#session.isMore ? more : "Computing the response…";
     this.#words.textContent = connection.isAlive ? words : "Not computed: there is no connection.";
   }
 
