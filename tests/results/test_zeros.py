@@ -1,12 +1,15 @@
 """What is zero to its uncertainty is printed as 0; the number itself is kept."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 import slipfold as sf
-from helpers.diagrams import made_diagram, response_branch, special_point
+from helpers.diagrams import STATES, made_diagram, response_branch, special_point
 from slipfold.interface.explorer.curves import diagram_view
+
+FOR_EACH_POINT = ("parameter", "nodes", "multipliers", "residual", "arclength")
 
 
 @pytest.mark.parametrize(
@@ -28,6 +31,18 @@ def test_special_points(value, uncertainty, shown):
     assert drawn["value"] == float(shown)
     assert f"at Nd = {shown} N" in drawn["sentence"]
     assert point.value == value
+
+
+def test_a_special_point_of_a_branch_that_has_one_point_alone():
+    branch = response_branch()
+    parts = {name: getattr(branch, name)[:1] for name in FOR_EACH_POINT}
+    point = special_point(value=0.05, nodes=STATES[1:2], arclength=0.0)
+    alone = replace(branch, special=(point,), **parts)
+    view = diagram_view(made_diagram(branches=(alone,)), "x", "max_and_min")
+    highest, lowest = (line["special"][0]["y"] for line in view["branches"])
+    assert [line["x"] for line in view["branches"]] == [[], []]
+    _, states = point.orbit.sample(1000)
+    assert (highest, lowest) == pytest.approx((states[:, 0].max(), states[:, 0].min()), rel=1e-4)
 
 
 def test_a_hopf_point_at_zero_and_the_cycles_born_there():

@@ -20,7 +20,7 @@ from slipfold.errors import InputError
 from slipfold.interface.explorer.messages import DiagramRequest, OrbitRequest
 from slipfold.interface.explorer.plain import Emit, axis_of, number, short, without_options
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.lines import branch_segments, locus_segments, parts_of
+from slipfold.lines import branch_segments, locus_segments, measured_at, parts_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.parameter_space.measurement import Measurement
@@ -74,6 +74,10 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         y += line.value[skip:].tolist()
         s += line.arclength[skip:].tolist()
         segments.append({"kind": line.kind, "first": first, "last": len(x) - 1})
+
+    def alone(point: SpecialPoint) -> float:  # a branch of one point has no line
+        return measured_at(point, show, statistic)
+
     return {
         "id": branch.id,
         "kind": branch.kind,
@@ -85,7 +89,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "arclength": short(s),
         "segments": segments,
         "special": [
-            _special(point, float(np.interp(point.arclength, s, y)))
+            _special(point, float(np.interp(point.arclength, s, y)) if s else alone(point))
             for point in branch.special
             if point.type in (*BIFURCATION_TYPES, *CONTACT_TYPES)
         ],
