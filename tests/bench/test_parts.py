@@ -51,6 +51,16 @@ def test_each_part_is_measured_alone_by_scripts_that_exist(run, asked):
     assert peers <= everything
 
 
+def test_the_exact_curve_after_a_slider_is_the_followed_one(run):
+    latency = importlib.import_module("sections.latency")
+    seconds = {"first": [0.04, 0.03, 0.02], "followed": [0.07, 0.08, 0.09]}
+    rows = [row[:2] for row in latency.aim_rows({"seconds": seconds})]
+    assert rows == [
+        ["from a slider to the first curve in 50 ms", "30 ms"],
+        ["from a slider to the exact curve in 50 ms", "80 ms"],
+    ]
+
+
 SMALLEST = {
     "responses": ("ours.py", "--repeat", "1"),
     "locus": ("ours_locus.py", "--repeat", "1"),
