@@ -246,6 +246,25 @@ def test_a_motion_that_settled_is_followed(context, tmp_path):
         assert explorer.faults == []
 
 
+def test_where_there_is_no_response_one_is_offered_at_a_value_that_is_not_rounded_away(new_tab):
+    offer = {"vary": "W", "span": [0.5, 2], "type": None, "value": 1.2544}
+
+    def without_response(answer):
+        said = offer if answer["kind"] == "screen" else {"error": "the contact sticks for good"}
+        return {"id": answer["id"], "kind": answer["kind"], "done": True, **said}
+
+    answers = new_tab.holding(
+        lambda answer: answer["kind"] in ("diagram", "screen") and answer["done"],
+        without_response,
+    )
+    answers.is_on = True
+    page = new_tab.page
+    page.goto(f"{new_tab.address}#model=duffing&vary=d&span=0.04~0.06&plane=none")
+    expect(page.get_by_text("there is a response")).to_contain_text("as at 1.254")
+    page.get_by_role("button", name="Show", exact=True).click()
+    page.wait_for_url("**p.W=1.254*")
+
+
 def test_where_nothing_bifurcates_a_parameter_is_offered_over_which_something_does(explorer):
     page = explorer.open("model=duffing&vary=d&span=0.04~0.06").page
     offer = page.get_by_text("the response has a bifurcation")

@@ -267,7 +267,7 @@ export class Elsewhere {
   #offer({ vary, span, type, value }) {
     if (!vary || !(type || this.#session.hasFailed)) return;
     const quantity = this.#session.quantity(vary);
-    const near = Number(value.toPrecision(type ? 4 : 2));
+    const near = Number(value.toPrecision(4));
     const show = () => {
       const { view, store } = this.#session;
       store.commit(withVaried(type ? view : withParameter(view, vary, near), vary, span));
