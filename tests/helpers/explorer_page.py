@@ -133,7 +133,7 @@ class ExplorerPage:
 
     @contextmanager
     def redrawn(self):
-        """Wait until another diagram is on the screen, and it is no draft."""
+        """Wait until another diagram is on the screen, and it is the whole response."""
         before = self.drawn
         yield
         self.page.wait_for_function(
