@@ -78,6 +78,13 @@ class Enlarged(Polynomials):
         return Polynomials(3 * self.height.coef / 3 ** np.arange(4)), larger
 
 
+class Undescribed(Polynomials):
+    """A curve that cannot be described in another way where it ought to be."""
+
+    def renewed(self, points):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+
 class Reaches:
     """Ends a curve where x has a value."""
 
@@ -110,6 +117,12 @@ def test_two_folds_within_a_step(height):
     assert x == pytest.approx([-fold, fold], abs=1e-11 / fold)
     assert trail.end.kind == "window"
     assert trail.end.value == 4.0
+
+
+def test_a_curve_ends_where_another_description_of_it_breaks_down():
+    trail = followed(Undescribed([0.0, -1.0, 0.0, 1.0]), [])
+    assert trail.end.kind == "failed"
+    assert "the computation broke down (SVD did not converge)" in trail.end.reason
 
 
 @pytest.mark.parametrize("order", [1, -1])

@@ -136,7 +136,12 @@ class _Follower(Generic[P]):
                 break
             if traced.end is not None:
                 return None
-            if self._renew():
+            try:
+                renewed = self._renew()
+            except BREAKDOWNS as error:
+                traced.end = self.endings.failed(traced, Failure("failed", breakdown(error)))
+                return None
+            if renewed:
                 return item.arclength - before.arclength
         traced.end = self.endings.left(traced)
         return None
