@@ -5,6 +5,7 @@ import pytest
 
 from helpers.bifurcation_sets import PLANES, WITH_REGIONS, orbits_at, response, whole_set
 from slipfold import InputError, SlidingOscillator, periodic_orbit
+from slipfold.bifurcations.loci.region_votes import REGIONS, Raster
 
 FORCE = ("f", "Nd")
 ALL = [
@@ -31,6 +32,13 @@ def stable_periods(plane, place):
                 if orbit.stable:
                     found.add(branch.period)
     return found
+
+
+@pytest.mark.parametrize("border", [-1e-20, 1 + 2e-16])
+def test_a_line_on_the_border_is_drawn_where_rounding_puts_it_beyond(border):
+    drawn = np.zeros((REGIONS.cells, REGIONS.cells), bool)
+    Raster(((0, 1), (0, 1))).draw(drawn, np.array([[border, 0.0], [border, 1.0]]))
+    assert drawn[:, round(border) * (REGIONS.cells - 1)].all()
 
 
 def away_from_edges(regions, first, second, reach=4):

@@ -70,10 +70,11 @@ class Raster:
         Shapes: mask (cells, cells); values (n, 2).
         """
         low, high = np.array(self.window).T
+        slack = 1e-12 * (high - low)  # ends on the border lie beyond it by rounding
         for a, b in pairwise(values):
             count = int(2 * np.abs((b - a) / (high - low) * REGIONS.cells).max()) + 2
             between = a + np.linspace(0, 1, count)[:, None] * (b - a)
-            kept = between[((low <= between) & (between <= high)).all(axis=1)]
+            kept = between[((low - slack <= between) & (between <= high + slack)).all(axis=1)]
             mask[self.columns(kept[:, 1], 1), self.columns(kept[:, 0], 0)] = True
 
 
