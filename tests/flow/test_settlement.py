@@ -41,10 +41,10 @@ def test_slow_decay_is_not_settled_and_says_how_long_it_takes(period, rate):
     assert found.period is None
     assert found.rate == pytest.approx(rate, abs=1e-6)
     more = found.more
-    assert f"about {more} more periods" in found.message
+    assert f"about {more:.0f} more periods" in found.message
     # After so many periods the distance is the tolerance, or a little less.
     assert rate ** (1000 + more) == pytest.approx(1e-9, rel=0.1)
-    steps = np.arange(1001 + more + 5)
+    steps = np.arange(1001 + int(more) + 5)
     assert judge(cycle[steps % period] + rate**steps + noise(len(steps))).settled
 
 
