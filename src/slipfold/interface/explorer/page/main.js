@@ -175,8 +175,9 @@ function keepAddress(session, refusals) {
       good = written;
     } else if (good !== null) write(good);
   });
-  window.addEventListener("hashchange", async () => {
-    const text = location.hash.slice(1);
+  window.addEventListener("hashchange", async ({ newURL }) => {
+    // What is written before this is heard replaces the link in the address, not in the event.
+    const text = new URL(newURL).hash.slice(1);
     if (text === written) return;
     const { view, sentence } = await readLink(text, session.models);
     session.failed.announce({ kind: "link", sentence });
