@@ -1,5 +1,7 @@
 """Orbits of a branch between its points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,17 @@ def test_an_orbit_between_points_closes_and_lies_between_them(known):
         assert orbit.residual < 1e-10
         low, high = sorted(branch.parameter[i : i + 2])
         assert low < orbit.model.Nd < high
+
+
+def test_a_special_point_may_have_fewer_nodes_than_the_points_beside_it(known):
+    branch = known.branches[1]
+    turn, *others = branch.special
+    fewer = replace(branch, special=(replace(turn, nodes=turn.nodes[::2]), *others))
+    after = np.searchsorted(branch.arclength, turn.arclength)
+    for beside in branch.arclength[after - 1 : after + 1]:
+        place = 0.5 * (turn.arclength + beside)
+        value = [orbit_between(each, place).model.Nd for each in (branch, fewer)]
+        assert value[1] == pytest.approx(value[0], rel=1e-6)
 
 
 def test_a_value_asked_for_is_met_exactly(known):

@@ -93,14 +93,15 @@ def _with_value(
 def _orbits(branch: Branch, *known: PeriodicOrbit) -> tuple[Orbits, list[Array]]:
     """Return the equations of a branch, scaled as at the first of some orbits, and these."""
     width, first = float(np.ptp(branch.parameter)) or 1.0, known[0]
-    given = first.model, {branch.vary: width}, branch.period, len(first.nodes)
+    given = first.model, {branch.vary: width}, branch.period
     if any(isinstance(orbit, StickSlipOrbit) for orbit in known):
-        return _switched(orbits_of(*given[:3], 1, by=SwitchedShooting), known)
-    resting = branch.kind == "equilibrium"
-    even = orbits_of(*given, resting=resting, by=shooting_for(first.model))
-    found = [even.unknown(orbit.nodes, orbit.model) for orbit in known]
-    orbits, _ = fitted(even, found[0])
-    return orbits, [orbits.adopt(even, z) for z in found]
+        return _switched(orbits_of(*given, 1, by=SwitchedShooting), known)
+    by, resting = shooting_for(first.model), branch.kind == "equilibrium"
+    # Special points keep their own number of nodes; points of a branch have that of the finest.
+    even = [orbits_of(*given, len(orbit.nodes), resting=resting, by=by) for orbit in known]
+    found = [each.unknown(item.nodes, item.model) for each, item in zip(even, known, strict=True)]
+    orbits, _ = fitted(even[0], found[0])
+    return orbits, [orbits.adopt(each, z) for each, z in zip(even, found, strict=True)]
 
 
 def _switched(orbits: Orbits, known: Sequence[PeriodicOrbit]) -> tuple[Orbits, list[Array]]:
