@@ -161,6 +161,16 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
     assert np.diff([point.arclength for point in trail.points]).max() <= 0.05
 
 
+def test_what_lies_farther_away_than_two_points_is_not_between_them():
+    curve = Polynomials([0.0])
+    curve.height = lambda x: 10 * np.exp(-((20 * x - 10) ** 2))
+    curve.slope = lambda x: -40 * (20 * x - 10) * curve.height(x)
+    a, b = (curve.begin([x, 0.0], row=[1, 0]) for x in (0.0, 1.0))
+    b = replace(b, arclength=1.0)
+    with pytest.raises(LostCurveError, match="led away"):
+        locate(curve, [a, b], a, b, lambda point: point.z[0] - 0.5)
+
+
 def test_points_stay_in_order_where_a_curve_is_described_in_another_way():
     curve = Enlarged(cubic(1.0).height.coef)
     trail = followed(curve, [Zeros(curve)])

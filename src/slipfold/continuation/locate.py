@@ -331,6 +331,9 @@ class _Chord(Projection[P]):
         point = yield Guess(guess, self._row, near, s)
         if float(point.tangent @ self._row) <= 0:
             raise LostCurveError("the curve turns too sharply between two points")
+        # Beside a branch point Newton's method is singular and may lead to any other curve.
+        if np.linalg.norm(point.z - guess) > max(self.length, ZERO.blurred):
+            raise LostCurveError("Newton's method led away from between two points")
         self._points.append(self._projected(point, s))
         return _between(self._a, point, self._b)
 
