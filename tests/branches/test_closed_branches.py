@@ -65,6 +65,12 @@ def test_an_isola_has_two_folds(system, settings):
     assert 1.9 < abs(branch.parameter[:-1] - branch.parameter[1:]).sum() < 2
 
 
+def test_an_isola_is_found_once_where_the_search_starts_at_its_folds():
+    diagram = sf.response(sf.System(ISOLA), vary="p", span=(-2, 2), search=True)
+    assert diagram.searched.values[1:3] == (-0.5, 0.5)
+    assert [branch.kind for branch in diagram.branches] == ["equilibrium", "periodic"]
+
+
 def test_cycles_that_a_doubled_branch_closes_on_are_followed():
     diagram = sf.response(sf.System(DOUBLING), vary="p", span=(-0.6, 0.6), also=[{"p": 0.0}])
     *_, isola, doubled = diagram.branches

@@ -191,18 +191,37 @@ def test_the_symmetric_branch_of_a_circuit_turns_nine_times():
     assert not diagram.failed
 
 
-@pytest.mark.long
-def test_a_slow_homoclinic_orbit_ends_a_branch_whose_steps_become_short():
-    # Hindmarsh and Rose, Proceedings of the Royal Society B 221 (1984) 87-102. Multipliers come to
-    # 1e61, and two thousand points passed while I changed by 1e-9.
+def bursts(r):
+    """Hindmarsh and Rose, Proceedings of the Royal Society B 221 (1984) 87-102."""
     states = {
         "x": {"rate": "y - x^3 + 3*x^2 - z + I", "start": -1.3},
         "y": {"rate": "1 - 5*x^2 - y", "start": -7.0},
-        "z": {"rate": "0.006*(4*(x + 1.6) - z)", "start": 1.0},
+        "z": {"rate": f"{r}*(4*(x + 1.6) - z)", "start": 1.0},
     }
-    model = sf.System(name="bursts", parameters={"I": 0.0}, states=states)
+    return sf.System(name="bursts", parameters={"I": 0.0}, states=states)
+
+
+@pytest.mark.long
+def test_a_slow_homoclinic_orbit_ends_a_branch_whose_steps_become_short():
+    # Multipliers come to 1e61, and two thousand points passed while I changed by 1e-9.
     settings = sf.Settings(largest_period=1)
-    cycles = sf.response(model, vary="I", span=(0, 5), settings=settings).branches[1]
+    cycles = sf.response(bursts(0.006), vary="I", span=(0, 5), settings=settings).branches[1]
     assert cycles.stopped.kind == "homoclinic"
     assert cycles.stopped.value == pytest.approx(2.5892034, abs=1e-7)
     assert len(cycles) < 1500
+
+
+@pytest.mark.long
+def test_a_branch_that_snakes_between_two_values_ends():
+    # Three thousand points of it turn ever nearer to 5.258626162 and 5.285898737.
+    settings = sf.Settings(largest_period=1)
+    cycles = sf.response(bursts(0.01), vary="I", span=(5.2, 6), settings=settings).branches[1]
+    assert_each_turn_is_a_fold(cycles)
+    assert cycles.stopped.kind == "homoclinic"
+    folds = [item for item in cycles.special if item.type == "LP"][-6:]
+    values = sorted(item.value for item in folds)
+    assert values == pytest.approx(3 * [5.258626162] + 3 * [5.285898737], abs=1e-4)
+    # Each turn goes once more round one cycle.
+    longer = np.diff([item.duration for item in folds[1::2]])
+    assert longer[1] == pytest.approx(longer[0], rel=0.01)
+    assert f"about {longer[1]:.4g} s" in cycles.stopped.reason

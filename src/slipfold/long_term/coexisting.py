@@ -374,6 +374,9 @@ def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
             yield orbit_between(branch, float(arclength), value)
         except InputError:
             continue
+    # A fold at that value is on no chord that passes it; orbits part with the root of the distance.
+    near = ATTRACTOR.same_branch**2 * np.ptp(branch.parameter)
+    yield from (item.orbit for item in branch.special if abs(item.value - value) <= near)
 
 
 def _is_known(begin: Begin, branches: Sequence[Branch]) -> bool:

@@ -27,6 +27,7 @@ class HomoclinicRule:
     crawls: int = 100  # points within `arc`: only growth round the cycle makes steps so short
     arc: float = 0.2  # scaled arclength, of which other steps take a tenth each
     snakes: float = 1e-5  # distance of two folds, in spans, after which others are nearer still
+    alike: float = 1e-2  # relative difference of what two turns add to the duration
 
 
 RULE = HomoclinicRule()
@@ -72,6 +73,15 @@ class Homoclinic:
                 "branch turns without end",
                 (value,),
             )
+        elif (turns := self._turns_between(interval)) is not None:
+            first, last, longer = turns
+            end = End(
+                "homoclinic",
+                f"the branch turns at {orbits.vary} = {first:.7g} and {last:.7g} again and again, "
+                f"each time longer by about {longer:.4g} s: it nears orbits homoclinic to a cycle "
+                "of that duration, and turns without end",
+                (value,),
+            )
         elif growth > self._largest and (appear := _saddle_node(points)) is not None:
             end = End(
                 "homoclinic",
@@ -99,25 +109,43 @@ class Homoclinic:
         before, last = (point.z[-2] * point.curve.units[-2] for point in folds)
         return bool(before < last and abs(folds[1].z[-1] - folds[0].z[-1]) < RULE.snakes)
 
+    def _turns_between(
+        self, interval: StepInterval[OrbitPoint]
+    ) -> tuple[float, float, float] | None:
+        """Return the values between which a branch snakes, and what two turns add to the duration.
+
+        Cycles that go round a saddle cycle once more each time are those whose orbits homoclinic to
+        it exist between two tangencies (Kuznetsov, section 7.2).
+        """
+        orbits = self._orbits
+        folds = [item.point for item in interval.traced.found if item.type == "LP"][-5:]
+        if not orbits.free_phase or len(folds) < 5:
+            return None
+        places = np.array([point.z[-1] for point in folds])
+        durations = [point.curve.duration(point.z) or np.nan for point in folds[::2]]
+        before, last = np.diff(durations)
+        if np.abs(places[2:] - places[:-2]).max() > RULE.snakes or not (
+            last > 0 and abs(before / last - 1) < RULE.alike
+        ):
+            return None
+        return orbits.value(folds[-2].z), orbits.value(folds[-1].z), float(last)
+
 
 def snakes_about(
     found: Sequence[Found[OrbitPoint]], started: End | None, stopped: End | None
 ) -> list[float]:
     """Return about which values, in spans, a branch turns several times at its ends.
 
-    Beside a saddle-focus it does so without end (Shilnikov; Kuznetsov, section 6.4).
+    Beside a saddle-focus it does so without end (Shilnikov; Kuznetsov, section 6.4), and between
+    two values where orbits are homoclinic to a cycle.
     """
     folds = [float(item.point.z[-1]) for item in found if item.type == "LP"]
-    return (
-        [
-            last
-            for end, (last, before, *rest) in ((started, folds[:3]), (stopped, folds[:-4:-1]))
-            if end is not None and end.kind == "homoclinic"
-            if rest
-        ]
-        if len(folds) > 2
-        else []
-    )
+    about = list[float]()
+    for end, ends in ((started, folds[:3]), (stopped, folds[:-4:-1])):
+        if end is not None and end.kind == "homoclinic" and len(ends) == 3:
+            last, before, third = ends
+            about += [last, before] if abs(third - last) < RULE.snakes else [last]
+    return about
 
 
 def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:

@@ -72,9 +72,9 @@ def junctions_on(
             junctions.append(Junction(*common, orbits=orbits, child=child, several=several))
     if about and traced.end is not None:
         reason = (
-            f"{traced.end.reason}; what begins within {BIFURCATION.tail:g} of the span of that "
-            "value, at one turn after the other, is not followed (a narrower span shows it), and "
-            f"no period above {largest:g}"
+            f"{traced.end.reason}; what begins within {BIFURCATION.tail:g} of the span of where it "
+            "turns is not followed (a narrower span shows it), and no period above "
+            f"{largest:g}"
         )
         traced.end = replace(traced.end, reason=reason)
     elif largest < settings.largest_period and traced.end is not None:
