@@ -19,12 +19,11 @@ from slipfold.collocation_points import CollocationPoints, gauss_points
 
 @dataclass(frozen=True)
 class SeriesRule:
-    """Which of two series gives the integrals; rounding costs either two digits at most."""
+    """What gives the integrals; rounding costs two digits at most."""
 
-    powers: int = 36  # terms of the series in powers of the exponent
-    far: float = 5.0  # largest exponent of it: the last term is 1e-16 of the first
+    nodes: int = 28  # points through which answers to an impulse are interpolated
+    far: float = 10.0  # largest exponent of these: the first term left out is 1e-16
     apart: float = 3.0  # smallest exponent of the other: a sum of derivatives, over its powers
-    enough: float = 1e-18  # terms below it are left out
 
 
 SERIES = SeriesRule()
@@ -41,8 +40,9 @@ class Moments:
     """
 
     places: Array  # shape (s + 1,)
-    # Of powers of the time left: int_0^c (c - t)^p l_k(t) dt, shape (powers, s + 1, s)
-    powers: Array
+    nodes: Array  # of interpolation, shape (N,)
+    # Of the polynomials L_i through these: int_0^c L_i(c - t) l_k(t) dt, shape (N, s + 1, s)
+    through: Array
     begun: Array  # derivatives 0 to s - 1 at the beginning, shape (s, s)
     reached: Array  # the same at the places, shape (s, s + 1, s)
     slopes: Array  # first derivatives at the points, shape (s, s)
@@ -52,20 +52,21 @@ class Moments:
     def of(points: CollocationPoints) -> Moments:
         """Return the integrals of a rule."""
         s, places = len(points.points), np.append(points.points, 1.0)
-        fine = gauss_points(s + SERIES.powers // 2 + 2)
+        between = gauss_points(SERIES.nodes)
+        fine = gauss_points((s + SERIES.nodes) // 2)  # exact
         at = places[:, None] * fine.points  # (s + 1, q)
         values = legendre.legvander(2 * at - 1, s - 1) @ points.transform  # (s + 1, q, s)
-        left = places[:, None] * (1 - fine.points)
+        left = legendre.legvander(2 * (places[:, None] - at) - 1, SERIES.nodes - 1)
         weights = places[:, None] * fine.weights
-        powers = np.arange(SERIES.powers)[:, None, None]
-        moments = np.einsum("pjq,jqk->pjk", weights * left**powers, values)
+        through = np.einsum("jq,jqi,jqk->ijk", weights, left @ between.transform, values)
         found = np.zeros((s, s + 2, s))
         for order in range(s):
             for k, column in enumerate(points.transform.T):
                 derived = legendre.legder(column, order) * 2.0**order if order else column
                 found[order, :, k] = legendre.legval(2 * np.append(0.0, places) - 1, derived)
         slopes = found[1, 1:-1] if s > 1 else np.zeros((s, s))
-        return Moments(places, moments, found[:, 0].copy(), found[:, 1:].copy(), slopes)
+        nodes = between.points
+        return Moments(places, nodes, through, found[:, 0].copy(), found[:, 1:].copy(), slopes)
 
 
 class ModalAnswers:
@@ -85,13 +86,13 @@ class ModalAnswers:
         self._dampings = dampings
 
     @cached_property
-    def _free(self) -> tuple[Some, Some]:
-        r"""Answers to a unit impulse at the places, and their rates, shape (m, r, s + 1).
+    def _impulse(self) -> tuple[Some, Some]:
+        r"""Answers to a unit impulse at places and nodes, and their rates, (m, r, s + 1 + N).
 
         They are :math:`e^{-dt/2} \sin(\nu t)/\nu` and its derivative, with the hyperbolic sine for
         what is damped more than critically.
         """
-        c = self.moments.places
+        c = np.concatenate([self.moments.places, self.moments.nodes])
         half, kind = self._damping[..., None] / 2, self._damping.dtype
         turning = self._stiffness[..., None] - half**2
         if (turning.real > 0).all():
@@ -110,6 +111,12 @@ class ModalAnswers:
         even = np.where(over, 1 + faster / 2, np.cos(np.where(over, 0, angle)))
         answer = decay * odd / nu
         return answer, decay * even - half * answer
+
+    @property
+    def _free(self) -> tuple[Some, Some]:
+        """The same at the places alone, shape (m, r, s + 1)."""
+        answer, rate = (part[..., : len(self.moments.places)] for part in self._impulse)
+        return answer, rate
 
     @cached_property
     def transitions(self) -> tuple[Some, ...]:
@@ -197,35 +204,25 @@ class _Part:
 
 
 class _Near(_Part):
-    """Powers of the exponent: the answer to an impulse as a series in time."""
+    """Answers to an impulse are nearly polynomials in time."""
 
-    @cached_property
-    def _series(self) -> tuple[Some, Some]:
-        """Coefficients of answers and their rates, shape (powers, m, q)."""
-        theta, delta = self.stiffness, self.damping
-        largest = max(float(theta.max()) ** 0.5, float(np.abs(delta).max()))
-        terms = np.cumprod(np.append(1.0, max(largest, 1e-3) / np.arange(1, SERIES.powers)))
-        count = int((terms > SERIES.enough).sum())
-        series = np.zeros((count + 1, *theta.shape), dtype=delta.dtype)
-        series[1] = 1.0
-        orders = np.arange(1.0, count + 1)[:, None, None]
-        by_last, by_other = -delta / (orders + 1), -theta / (orders * (orders + 1))
-        rows = list(series)
-        for k, (one, other) in enumerate(zip(by_last[:-1], by_other, strict=False)):
-            np.multiply(one, rows[k + 1], out=rows[k + 2])
-            rows[k + 2] += other * rows[k]
-        return series[:count], series[1:] * orders
+    @property
+    def _nodes(self) -> tuple[Some, Some]:
+        """These answers and their rates at the nodes, shape (m, q, N)."""
+        count = len(self.answers.moments.places)
+        answer, rate = (part[:, self.modes, count:] for part in self.answers._impulse)
+        return answer, rate
 
     def ends(self) -> list[Some]:
         """Displacements and rates at the ends, each (m, q, s)."""
-        moments = self.answers.moments.powers
-        return [_combined(part, moments[: len(part), -1]) for part in self._series]
+        return [part @ self.answers.moments.through[:, -1] for part in self._nodes]
 
     def sums(self, by_displacement: Array, by_rate: Array) -> Some:
         """Weighted sums over modes at the points. Shapes: (m, c, q) to (m, c, s, s)."""
-        moved, moving = self._series
-        parts = (by_displacement @ moved[..., None] + by_rate @ moving[..., None])[..., 0]
-        return _combined(parts, self.answers.moments.powers[: len(moved), :-1])
+        moved, moving = self._nodes
+        through = self.answers.moments.through[:, :-1]
+        found = (by_displacement @ moved + by_rate @ moving) @ through.reshape(len(through), -1)
+        return np.asarray(found.reshape(*found.shape[:2], *through.shape[1:]))
 
 
 class _Far(_Part):
@@ -254,17 +251,13 @@ class _Far(_Part):
         begun = self.answers.moments.begun
         return [_combined(part, begun) for part in self._polynomials]
 
-    def _left(self, place: int | slice) -> tuple[Some, Some, Some, Some]:
-        """Displacements and rates at places by those at beginnings, shape (m, q, ...)."""
-        impulse, rate = (item[:, self.modes, place] for item in self.answers._free)
+    @cached_property
+    def _left(self) -> tuple[Some, Some, Some, Some]:
+        """Displacements and rates at the places by those at beginnings, (m, q, s + 1)."""
         impulse, rate = (
-            np.where(self.mask.reshape(*self.mask.shape, *[1] * (item.ndim - 2)), item, 0.0)
-            for item in (impulse, rate)
+            np.where(self.mask[..., None], item[:, self.modes], 0.0) for item in self.answers._free
         )
-        theta, delta = (
-            item.reshape(*item.shape, *[1] * (impulse.ndim - 2))
-            for item in (self.stiffness, self.damping)
-        )
+        theta, delta = self.stiffness[..., None], self.damping[..., None]
         return rate + delta * impulse, impulse, -theta * impulse, rate
 
     def ends(self) -> list[Some]:
@@ -272,7 +265,7 @@ class _Far(_Part):
         reached = self.answers.moments.reached[:, -1]
         moved, moving = (_combined(part, reached) for part in self._polynomials)
         q, p = self._begun
-        qq, qp, pq, pp = (item[..., None] for item in self._left(-1))
+        qq, qp, pq, pp = (item[..., -1:] for item in self._left)
         return [moved - qq * q - qp * p, moving - pq * q - pp * p]
 
     def sums(self, by_displacement: Array, by_rate: Array) -> Some:
@@ -280,7 +273,7 @@ class _Far(_Part):
         moved, moving = self._polynomials
         parts = (by_displacement @ moved[..., None] + by_rate @ moving[..., None])[..., 0]
         result = _combined(parts, self.answers.moments.reached[:, :-1])
-        qq, qp, pq, pp = (np.swapaxes(item, 1, 2)[:, None] for item in self._left(slice(0, -1)))
+        qq, qp, pq, pp = (np.swapaxes(item[..., :-1], 1, 2)[:, None] for item in self._left)
         q, p = (item[:, None] for item in self._begun)
         by_q, by_p = by_displacement[:, :, None], by_rate[:, :, None]
         return result - (by_q * qq + by_p * pq) @ q - (by_q * qp + by_p * pp) @ p
@@ -299,9 +292,9 @@ class _Split(_Part):
         fast = -(delta / 2 + nu)
         slow = theta / fast
         moments = self.answers.moments
-        orders = np.arange(SERIES.powers)[:, None, None]
-        factorials = np.cumprod(np.append(1.0, np.arange(1, SERIES.powers)))[:, None, None]
-        by_slow = _combined(slow**orders / factorials, moments.powers)
+        through = moments.through
+        by_slow = np.exp(slow[..., None] * moments.nodes) @ through.reshape(len(through), -1)
+        by_slow = by_slow.reshape(*slow.shape, *through.shape[1:])
         weights = fast ** -(np.arange(len(moments.begun))[:, None, None] + 1.0)
         begun = _combined(weights, moments.begun)
         decay = np.exp(fast[..., None] * moments.places)
