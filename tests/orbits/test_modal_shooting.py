@@ -1,7 +1,6 @@
 """Modes with a few nonlinear forces: what is linear is exact, all else agrees with the flow."""
 
 from math import factorial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from slipfold.continuation.newton import correct
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modal_answers import ModalAnswers
 from slipfold.flow.modal_equations import ForcedIntervals, ModalChoice, modal_equations_of
-from slipfold.flow.modal_segments import LinearizedSegments, joined, solve_segments
+from slipfold.flow.modal_segments import joined, solve_segments
 from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.modal_shooting import ModalShooting, segments_for, shooting_for
 from slipfold.orbits.shooting import Shooting
@@ -55,7 +54,7 @@ def long_exponential(matrix):
 @pytest.mark.parametrize("length", [1.0, 0.13])
 @pytest.mark.parametrize(
     ("omega", "zeta"),
-    [(0, 0), (0.01, 0.5), (4.9, 0.2), (5.1, 0.01), (300, 0.02), (3, 1), (60, 1), (3, 5), (2, 40)],
+    [(0, 0), (0.01, 0.5), (9.9, 0.2), (10.1, 0.01), (300, 0.02), (3, 1), (60, 1), (3, 5), (2, 40)],
 )
 def test_modes_answer_polynomials_exactly(omega, zeta, length):
     """At any speed and damping: a rigid body, critical and stronger damping, many vibrations."""
@@ -365,21 +364,3 @@ def test_parts_of_a_period_are_images_around_a_cyclic_structure(sectors, order, 
     assert_same(few.stage_states(nodes, constants), whole.stage_states(nodes, constants), 1e-8)
     densities = few.better(nodes, constants), whole.better(nodes, constants)
     assert densities == (None, None)
-
-
-def test_motions_by_the_beginnings_do_not_depend_on_what_else_moves():
-    s, n = 12, 11
-    random = np.random.default_rng(1)
-    intervals = SimpleNamespace(
-        answered=0.1 * random.normal(size=(4, s, s)),
-        driven=random.normal(size=(4, n, s)),
-        equations=SimpleNamespace(forces=1),
-        seen=random.normal(size=(4, s, n)),
-    )
-    slopes = random.normal(size=(4, s, 1, 1))
-    alone, *others = (
-        LinearizedSegments(intervals, slopes, 1)._answered(random.normal(size=(4, s, width)))[0]
-        for width in (0, 1, 2, 3, 5, 7)
-    )
-    for seen in others:
-        np.testing.assert_array_equal(seen, alone)

@@ -216,13 +216,16 @@ class ForcedIntervals:
         lengths: Array,
         period: float,
         dampings: Some,
+        alike: tuple[Indices, Array] | None = None,
     ) -> None:
         self.equations, self.points, self.period = equations, points, period
         self.start, self.lengths = start, lengths
         self.phases = start[:, None] + lengths[:, None] * points.points
         self.dampings = dampings
-        _, self._which = np.unique(np.rint(lengths / MODAL.grid), return_inverse=True)
-        different = np.bincount(self._which, lengths) / np.bincount(self._which)
+        if alike is None:
+            _, which = np.unique(np.rint(lengths / MODAL.grid), return_inverse=True)
+            alike = which, np.bincount(which, lengths) / np.bincount(which)
+        self._alike, (self._which, different) = alike, alike
         self._answers = ModalAnswers(points, different * period, equations.squares, dampings)
         qq, qp, pq, pp = (part[self._which, :, -1] for part in self._answers.transitions)
         self._free = np.stack([qq, pp], axis=1), np.stack([qp, pq], axis=1)
@@ -296,10 +299,10 @@ class ForcedIntervals:
         times = self.start[which], self.lengths[which], self.period, self.dampings
         return ForcedIntervals(self.equations, self.points, *times)
 
-    def at_dampings(self, dampings: Some) -> ForcedIntervals:
-        """Return the same intervals with other dampings."""
-        given = self.equations, self.points, self.start, self.lengths, self.period
-        return ForcedIntervals(*given, dampings)
+    def at(self, period: float, dampings: Some) -> ForcedIntervals:
+        """Return the same intervals with another period or other dampings."""
+        given = self.equations, self.points, self.start, self.lengths
+        return ForcedIntervals(*given, period, dampings, self._alike)
 
 
 def propagate(free: tuple[Some, Some], states: Some) -> Some:

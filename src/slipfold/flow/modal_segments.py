@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
+from numpy.linalg import solve
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
@@ -23,6 +24,7 @@ class SweepRule:
 
     close: float = 1e-9  # last change over the size of motions: the next is of its square
     near: float = 1e-7  # the same where nobody asks for derivatives
+    early: float = 1e-5  # the same of an orbit that is corrected again
     stalled: float = 1e-6  # change that may be rounding, if it no longer halves
     same: float = 1e-12  # change up to which the linearized equations are those at its end
     iterations: int = 10  # of a guess that is near; afterwards one interval follows another
@@ -47,6 +49,7 @@ class ModalSegments:
     motions: Array  # at the points, shape (m, s, n_y)
     forces: Array  # at the points, shape (m, s, n_f)
     sweep: LinearizedSegments  # the linearized equations at these motions
+    rough: bool  # whether they are those before the last change, which was not small
 
     @property
     def ends(self) -> Array:
@@ -113,7 +116,8 @@ class ModalSegments:
         turned = intervals.equations.damping_slopes(changes)
         flat = forces.reshape(len(forces), -1)
         for column in np.flatnonzero(turned.any(axis=0)):
-            other = intervals.at_dampings(intervals.dampings + 1j * TINY * turned[:, column])
+            dampings = intervals.dampings + 1j * TINY * turned[:, column]
+            other = intervals.at(intervals.period, dampings)
             seen = times(other.seen, states) + times(other.answered, flat)
             reached = other.propagated(states[..., None])[..., 0] + times(other.driven, flat)
             at_points[..., column] += seen.imag / TINY
@@ -175,8 +179,12 @@ class LinearizedSegments:
         self.intervals, self.slopes, self._count = intervals, slopes, count
         coupled = self._by_motions(intervals.answered)
         self._driven = self._by_motions(intervals.driven)
-        self._coupled = np.eye(coupled.shape[1]) - coupled
-        self._seen: Array | None = None  # known with the first run
+        size, seen = coupled.shape[1], np.real(intervals.seen)
+        system = np.eye(size) - coupled
+        # Inverted, unless there are many motions: one matrix serves each run
+        few = size <= seen.shape[2]
+        self._solved = partial(np.matmul, np.linalg.inv(system)) if few else partial(solve, system)
+        self._seen = self._solved(seen)
 
     def _by_motions(self, answers: Some) -> Array:
         """Return answers to forces as those to motions, (m, a, s n_f) to (m, a, s n_y)."""
@@ -209,14 +217,16 @@ class LinearizedSegments:
             at_points, ends = intervals.answered @ forces, intervals.driven @ forces
         if explicit is not None:
             at_points, ends = at_points + explicit[0], ends + explicit[1]
-        seen, at_points = self._answered(at_points)
+        at_points = self._solved(np.real(at_points))
         added = (ends + self._driven @ at_points).reshape(count, q, n, width)
         if first is None:
             first = np.zeros((q, n, width))
         columns = first.shape[-1]
         nodes, motions = np.empty((count + 1, q, n, columns)), np.empty((count, q, size, columns))
         nodes[0] = first
-        seen, driven = (part.reshape(count, q, *part.shape[1:]) for part in (seen, self._driven))
+        seen, driven = (
+            part.reshape(count, q, *part.shape[1:]) for part in (self._seen, self._driven)
+        )
         for step, free in enumerate(intervals.steps(count)):
             np.matmul(seen[step], nodes[step], out=motions[step])
             following = propagate(free, nodes[step])
@@ -226,12 +236,6 @@ class LinearizedSegments:
         found = motions.reshape(m, size, columns)
         found[..., columns - width :] += at_points
         return nodes, found
-
-    def _answered(self, free: Some) -> tuple[Array, Array]:
-        """Return motions by the beginnings, and by what moves without these, (m, s n_y, n or k)."""
-        if self._seen is None:  # alone: more right sides may round otherwise
-            self._seen = np.linalg.solve(self._coupled, np.real(self.intervals.seen))
-        return self._seen, np.linalg.solve(self._coupled, np.real(free))
 
 
 def solve_segments(
@@ -276,8 +280,8 @@ def _swept(
         constant = forces.copy()
         constant[..., : equations.moved] -= np.real(times(slopes, motions))
         flat = constant.reshape(len(constant), constant.shape[1] * constant.shape[2], 1)
-        sweep = LinearizedSegments(intervals, slopes, count)
         try:
+            sweep = LinearizedSegments(intervals, slopes, count)
             nodes, found = sweep.run(first[..., None], None, flat)
         except np.linalg.LinAlgError:
             return None
@@ -289,10 +293,11 @@ def _swept(
         if length < close or (length < SWEEP.stalled and length > 0.5 * before):
             forces[..., : equations.moved] += np.real(times(slopes, step))
             motions = motions + step
-            if close == SWEEP.close and length > SWEEP.same:
+            rough = length > SWEEP.close < close
+            if length > SWEEP.same and not rough:
                 slopes = equations.slopes(motions, phases, constants)
                 sweep = LinearizedSegments(intervals, slopes, count)
-            return ModalSegments(*given[:3], nodes[..., 0], motions, forces, sweep)
+            return ModalSegments(*given[:3], nodes[..., 0], motions, forces, sweep, rough)
         motions = motions + step
         before = length
     return None

@@ -46,6 +46,7 @@ class ModalMesh:
     error: float = 1e-8  # of what forces do to scaled states
     slopes: float = 1e-6  # of what their slopes do, over their sum: they make multipliers
     near: float = 1e-8  # distance in modal states of an orbit that needs the same mesh
+    certain: float = 1e-8  # mismatch from which Newton's method takes another step in any case
     alike: float = 1e-9  # distance of scaled states from symmetric ones: first order suffices
     grid: float = 1e-13  # difference of lengths of intervals that are images
     slack: float = 10.0  # errors up to which a mesh serves
@@ -173,14 +174,20 @@ class ModalShooting(MeshDiscretization, Shooting):
     # -- trajectories --------------------------------------------------------------------------
 
     def _solved(
-        self, nodes: Array, constants: Constants, within: float = 0.0
+        self,
+        nodes: Array,
+        constants: Constants,
+        within: float = 0.0,
+        close: float = SWEEP.close,
     ) -> ModalSegments | None:
         """Return the trajectories from nodes, or the last ones from nodes as near in each state.
+
+        With a larger `close` they may be rough.
 
         Shapes: nodes (m, n).
         """
         first, latest = nodes / self.scales @ self._into.T, self._latest
-        if latest is not None:
+        if latest is not None and not latest.rough > (close > SWEEP.close):
             values, known = constants.values, latest.constants.values
             apart = np.abs(first - latest.nodes[0]).max()
             if apart <= within and (np.abs(known - values) <= within * np.abs(values)).all():
@@ -189,7 +196,8 @@ class ModalShooting(MeshDiscretization, Shooting):
         guesses = [] if latest is None else [latest.near(first, constants)]
         for guess in (*guesses, None):
             motions = self._interpolated(first, intervals.phases) if guess is None else guess
-            solved = solve_segments(intervals, constants, changes, first, motions, self._sizes)
+            given = intervals, constants, changes, first, motions, self._sizes
+            solved = solve_segments(*given, SWEEP.close if guess is None else close)
             if solved is not None:
                 self._latest = solved
                 return solved
@@ -199,9 +207,11 @@ class ModalShooting(MeshDiscretization, Shooting):
         """Return the intervals, those of the last period and dampings if they are the same."""
         period, dampings = constants.period, self.equations.dampings(constants)
         known = self._intervals
-        if known is None or known.period != period or not np.array_equal(known.dampings, dampings):
+        if known is None:
             known = self._between(*joined(self._mesh, self.segments), constants)
-            self._intervals = known
+        elif known.period != period or not np.array_equal(known.dampings, dampings):
+            known = known.at(period, dampings)
+        self._intervals = known
         return known
 
     def _between(self, start: Array, lengths: Array, constants: Constants) -> ForcedIntervals:
@@ -230,7 +240,10 @@ class ModalShooting(MeshDiscretization, Shooting):
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         first = self._first_of(nodes)
         by, (m, n) = self if first is None else first[0], nodes.shape
-        solved = by._solved(nodes[: by.segments], constants)
+        close = SWEEP.early if first is None else SWEEP.close
+        solved = by._solved(nodes[: by.segments], constants, close=close)
+        if solved and solved.rough and np.abs(self._missed(solved, nodes)).max() < MESH.certain:
+            solved = self._solved(nodes, constants)
         if solved is None:
             nothing = np.full((m, n, n + len(self.units)), np.nan)
             return nothing[..., 0], nothing[..., :n], nothing[..., n:]
