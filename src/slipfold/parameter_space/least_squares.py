@@ -387,8 +387,13 @@ class _Fit:
     def covariance(self) -> Array:
         """Covariance of the parameters as the linearized model has it, shape (p, p)."""
         low, high = self.measured.ends
-        known = covariance_of(self.best.slopes(self.names, self.rows), high - low)
-        return known if self.measured.known else known * self.residual_std**2
+        slopes = self.best.slopes(self.names, self.rows)
+        return covariance_of(slopes, high - low) * self._typical**2
+
+    @property
+    def _typical(self) -> float:
+        """Typical error of a weighted measurement; residuals that are smaller are rounding."""
+        return 1.0 if self.measured.known else max(self.residual_std, LIMITS.exact)
 
     @property
     def reach(self) -> float:
@@ -408,8 +413,8 @@ class _Fit:
 
     def intervals(self, known: list[Explanation], report: Report) -> Array:
         """Return the ends of the intervals of confidence, shape (p, 2). Raises `BetterFit`."""
-        typical = 1.0 if self.measured.known else max(self.residual_std, LIMITS.exact)
-        profile = Profile(self.best, self.scale, (self.reach * typical) ** 2, [*known], report)
+        rise = (self.reach * self._typical) ** 2
+        profile = Profile(self.best, self.scale, rise, [*known], report)
         ends = np.empty((len(self.names), 2))
         for place, width in enumerate(np.diff(self.measured.ends, axis=0)[0]):
             variance = self.covariance[place, place]
@@ -445,7 +450,7 @@ class _Fit:
             said.append("the fit has not converged; begin nearer, or fit fewer parameters")
         if self.measured.known and _likelihood(self.best, self.scale) < LIMITS.unlikely:
             said.append("the measurements lie farther from the model than their errors explain")
-        uncertain = self.measured.known or self.residual_std > LIMITS.exact
+        uncertain = self._typical > LIMITS.exact
         if not self.measured.known and uncertain and self._explains_nothing:
             said.append(
                 "the measurements lie farther from the model than from their own means; check "
