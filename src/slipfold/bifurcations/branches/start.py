@@ -225,7 +225,7 @@ def equilibrium_start(
     if np.linalg.cond(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)) > WORST:
         raise InputError(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
-            "branch point; start the span near it"
+            f"branch point; {model.advice or 'start the span near it'}"
         )
     return orbits, _first_point(orbits, correction, first)
 
