@@ -239,6 +239,7 @@ def test_cycles_are_followed_from_where_they_change_the_parameter_by_more_than_r
     cycles = sf.response(model, vary="mu", span=(-0.5, 0.1)).branches[1]
     assert not cycles.special
     assert cycles.stopped.kind == "span"
+    assert cycles.parameter[1] > 1e-9
     low, high = cycles.extrema_of("x").of("x")
     # Of van der Pol's oscillator mu = 1e-6 A^2/4, to third order of mu.
     exact = 1e-6 * ((high - low) / 2) ** 2 / 4

@@ -73,9 +73,11 @@ def test_rounding_of_a_test_function_that_is_zero_shortens_no_step():
     assert drift(np.ptp(known, axis=1), known, known[:, -1], Shooting.noise, 1.0) < 1
 
 
-def test_a_line_of_equilibria_on_the_end_of_the_span_is_a_family():
+@pytest.mark.parametrize("first", [0, -1])
+def test_a_line_of_equilibria_also_on_the_end_of_the_span_is_a_family(first):
     system = sf.System(parameters={"T": 0.0}, states={"x": "y", "y": "-T*x - (1 + x^2)*y"})
-    *_, line = sf.response(system, vary="T", span=(0, 2)).branches
+    *_, line = sf.response(system, vary="T", span=(first, 2)).branches
+    assert [item.type for item in line.special] == ["BP"]
     assert line.stopped.kind == "family"
     assert "equilibria have the same T = 0" in line.stopped.reason
 

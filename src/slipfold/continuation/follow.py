@@ -68,12 +68,13 @@ def follow(
     """
     settings, endings = settings or Stepping(), endings or Endings()
     traced = TracedCurve(curve, [start], departs)
-    follower = _Follower(traced, bounds, monitors, settings, cap, endings, on_step)
     try:
         given = first_step() if callable(first_step) else first_step
         step: float | None = given or (STEP.emanating if departs else STEP.first)
-        if _leaves_at_once(traced, step or 0.0, bounds, settings):
+        within = _bounds_ahead(traced, step or 0.0, bounds, settings)
+        if within is None:
             traced.end, step = endings.left(traced), None
+        follower = _Follower(traced, within or bounds, monitors, settings, cap, endings, on_step)
         while step is not None:
             step = follower.advance(step)
             other = otherwise(traced) if step is None else None
@@ -173,28 +174,28 @@ def _moved(point: P, arclength: Any) -> P:
     return replace(point, arclength=float(arclength))
 
 
-def _leaves_at_once(
+def _bounds_ahead(
     traced: TracedCurve[P], step: float, bounds: Sequence[Bound], settings: Stepping
-) -> bool:
-    """Whether a curve that begins on a bound lies beyond it."""
-    start = traced.points[0]
-    on = [
-        (i, low, high)
-        for i, low, high in bounds
-        if min(abs(start.z[i] - low), abs(high - start.z[i])) <= STEP.edge
-    ]
-    if not on:
-        return False
-    if not traced.departs:
-        return any(
-            start.tangent[i] > STEP.edge
-            if high - start.z[i] < STEP.edge
-            else start.tangent[i] < -STEP.edge
-            for i, low, high in on
-        )
-    # Where it departs, it may run along the bound at first.
-    first = first_point(traced.curve, start, step, settings)
-    return isinstance(first, Failure) or any(not low <= first.z[i] <= high for i, low, high in on)
+) -> Sequence[Bound] | None:
+    """Return the bounds of a curve, None if it begins on one and lies beyond it.
+
+    On which side of a bound a curve lies that runs along it is rounding: that bound is moved out.
+    """
+    start, ahead = traced.points[0], traced.points[0].tangent
+    on_one = any(abs(start.z[i] - end) <= STEP.edge for i, *ends in bounds for end in ends)
+    if traced.departs and on_one:  # it may run along the bound at first
+        first = first_point(traced.curve, start, step, settings)
+        if isinstance(first, Failure):
+            return None
+        ahead = first.z - start.z
+    within = []
+    for i, low, high in bounds:
+        below, above = (abs(start.z[i] - end) <= STEP.edge for end in (low, high))
+        if (below and ahead[i] < -STEP.edge) or (above and ahead[i] > STEP.edge):
+            return None
+        out = 2 * STEP.edge if abs(ahead[i]) <= STEP.edge else 0.0
+        within.append((i, low - below * out, high + above * out))
+    return within
 
 
 def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) -> None:

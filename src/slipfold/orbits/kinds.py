@@ -22,7 +22,8 @@ from slipfold.orbits.test_functions import Degeneracy
 class VectorField(Discretization):
     """The rates of one state, per unit of time in scaled states, and their derivatives."""
 
-    noise = remainder = 1e-12
+    noise = 1e-8
+    remainder = 1e-12
     """Nothing is integrated, and so errors are those of rounding."""
 
     def __init__(self, model: Model, free: Mapping[str, float]) -> None:

@@ -16,10 +16,12 @@ from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, noise_bes
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite, lagrange
 from slipfold.continuation.locate import ZERO, LostCurveError, locate, point_at
+from slipfold.continuation.newton import NEWTON
 from slipfold.continuation.search import Zeros, contracts_between, locate_test
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
@@ -383,8 +385,16 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     slopes = [abs(point.tests["LP"]) for point in (a, b)]
     if max(slopes) <= BIFURCATION.noise:
         return True
-    noises = [noise_beside_parent(point)[1] for point in (a, b)]
+    noises = [max(noise_beside_parent(point)[1], slope_noise(point)) for point in (a, b)]
     return any(slope <= noise for slope, noise in zip(slopes, noises, strict=True))
+
+
+def slope_noise(point: OrbitPoint) -> float:
+    """Return what errors of derivatives, magnified beside a branch point, make of the tangent."""
+    part = point.linearization
+    if part is None or abs(point.tests["LP"]) > BIFURCATION.turning:
+        return 0.0
+    return parameter_rounding(part.bordered(point.tangent), point.z, NEWTON.still)
 
 
 def is_off_circle(point: OrbitPoint) -> bool:

@@ -80,8 +80,6 @@ class BranchEndings(Endings[OrbitPoint]):
         On which side of a bifurcation at that very value the last orbit lies is rounding. Where
         several pairs are critical, nothing damps, and which of them crosses is not defined.
         """
-        if _is_line(traced):
-            return family_end(traced.curve, traced.points)
         *_, before, last = [*traced.points[-1:], *traced.points[-2:]]
         crossing = is_off_circle(before) and not is_off_circle(last)
         if crossing and count_on_circle(last) <= 2:

@@ -38,6 +38,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval
+from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
 
@@ -273,7 +274,10 @@ def _resolved_step(
     tried = step
     while True:
         before, after = (float(point.z[-1] - start.z[-1]) for point in (nearer, first))
-        if abs(after) > STEP.flat or 8 < after / (before or np.inf) < 32:
+        if abs(after) > STEP.flat:
+            return tried
+        bordered = nearer.linearization.bordered(nearer.tangent)
+        if abs(before) > parameter_rounding(bordered, nearer.z) and 8 < after / before < 32:
             return tried
         tried *= 4
         further = reached(tried) if tried < 1 else None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.bifurcations import BIFURCATION
+from slipfold.bifurcations.branches.bifurcations import BIFURCATION, slope_noise
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
@@ -228,9 +228,12 @@ def _rounded(orbits: Orbits, point: OrbitPoint) -> float:
 def in_family(points: Sequence[OrbitPoint]) -> bool:
     """Whether the parameter is constant and every orbit is singular.
 
-    In a canard explosion the parameter is constant as well, but orbits are regular.
+    In a canard explosion the parameter is constant as well, but orbits are regular; and where steps
+    are short, it changes little from one to the next.
     """
-    values = [point.z[-1] for point in points]
+    values, last = [point.z[-1] for point in points], points[-1]
+    if abs(last.tests["LP"]) > max(BIFURCATION.noise, slope_noise(last)):
+        return False
     folds = all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points)
     return max(values) - min(values) <= STOP.constant and folds
 
