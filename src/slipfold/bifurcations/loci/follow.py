@@ -414,13 +414,17 @@ class _Loci(CurveSet[OrbitPoint]):
         z: NDArray[np.float64],
         meets: Callable[[Sequence[OrbitPoint], Orbits, NDArray[np.float64]], bool] = lies_on,
     ) -> int | None:
-        """Return the number of the locus that an orbit meets, if it was followed already."""
+        """Return the number of the locus that an orbit meets, if it was followed already.
+
+        Between its points a locus is computed, but where two of a type cross it is singular.
+        """
         for followed in self.curves:
             own = followed.traced.curve
             if _sort(own) != _sort(curve):
                 continue
             given = _in_period(own.orbits.period, curve.orbits, z)
-            if meets(followed.traced.points, *given):
+            located = [[item.point] for item in followed.traced.found if meets is lies_on]
+            if any(meets(points, *given) for points in (followed.traced.points, *located)):
                 return followed.number
         return None
 
