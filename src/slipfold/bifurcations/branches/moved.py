@@ -27,7 +27,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import forced_orbits
 from slipfold.continuation.end import End
-from slipfold.continuation.interpolation import arcs, polynomial
+from slipfold.continuation.interpolation import arcs, polynomial_weights
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -323,9 +323,8 @@ def _is_coherent(z: Array, before: Array) -> bool:
 
 def _may_hide(s: Array, values: Array) -> bool:
     """Whether a test function seems to have two zeros between two orbits."""
-    for i in range(len(s) - 1):
-        near = slice(min(max(i - 1, 0), len(s) - 4), max(i + 3, 4))
-        between = polynomial(s[near], values[near], np.linspace(s[i], s[i + 1], 10)[1:-1])
-        if values[i] * values[i + 1] > 0 and (between * values[i] < 0).any():
-            return True
-    return False
+    near = np.clip(np.arange(len(s) - 1) - 1, 0, len(s) - 4)[:, None] + np.arange(4)
+    weights = polynomial_weights(s[near], np.linspace(s[:-1], s[1:], 10, axis=1)[:, 1:-1])
+    between = (weights @ values[near][..., None])[..., 0]
+    same = values[:-1] * values[1:] > 0
+    return bool((between[same] * values[:-1][same, None] < 0).any())
