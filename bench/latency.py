@@ -47,7 +47,7 @@ MOVE = """
     for (const value of values) moves.push(await move(value));
     while (moves.includes(null)) moves.splice(moves.indexOf(null), 1);
     const last = moves.at(-1);
-    if (last.moved) await painted(({ id, moved }) => id === last.id && !moved);
+    if (last.moved) await painted(({ id, moved }) => id > last.id && !moved);
     const followed = performance.now() - last.start;
     const back = painted(({ id, moved }) => id > last.id && !moved);
     slider.dispatchEvent(new Event("change"));

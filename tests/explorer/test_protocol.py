@@ -13,7 +13,6 @@ from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import parse_request
 from slipfold.interface.explorer.settings import PageSettings
-from slipfold.interface.explorer.workers import Superseded
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -85,34 +84,28 @@ def test_a_moved_diagram_comes_before_the_one_that_is_followed_and_agrees_with_i
 
 
 def moved_through(*values):
-    """Return the last answer, which is moved, as a slider runs through values and does not rest."""
+    """Return what is answered as a slider runs through values and does not rest, a diagram each."""
     answers, answering = [], Answering(Catalogue())
-
-    def until_moved(answer):
-        answers.append(answer)
-        if answer.get("moved"):
-            raise Superseded
-
-    answering.answer(parse_request(json.dumps(diagram(1))), answers.append, lambda: None)
+    answering.answer(parse_request(json.dumps(diagram(1))), lambda view: None, lambda: None)
     for value in values:
-        request = diagram(2, parameters={"f": 12.5, "Vd": value})
-        with pytest.raises(Superseded):
-            answering.answer(parse_request(json.dumps(request)), until_moved, lambda: None)
+        request = diagram(2, parameters={"f": 12.5, "Vd": value}, rests=False)
+        answering.answer(parse_request(json.dumps(request)), answers.append, lambda: None)
+    assert all(answer["moved"] and answer["more"] and answer["done"] for answer in answers)
     return answers, answering
 
 
 def test_what_is_moved_does_not_depend_on_the_way_of_the_slider():
-    (*_, directly), _ = moved_through(0.63)
-    (*_, through), _ = moved_through(0.61, 0.62, 0.63)
+    (directly,), _ = moved_through(0.63)
+    *_, through = moved_through(0.61, 0.62, 0.63)[0]
     assert through["branches"] == directly["branches"]
 
 
 def test_an_orbit_of_a_moved_diagram_follows_no_response_again(monkeypatch):
     """A slider that moves asks for both: the orbit would take as long as the diagram."""
     changed = {"f": 12.5, "Vd": 0.61}
-    answers, answering = moved_through(0.61)
+    answers, answering = moved_through(0.61, 0.62)  # the orbit waits until the next one is moved
     monkeypatch.setattr("slipfold.interface.explorer.answering.response", None)
-    branch = answers[-1]["branches"][0]
+    branch = answers[0]["branches"][0]
     middle = len(branch["x"]) // 2
     at = {"branch": 1, "arclength": branch["arclength"][middle], "value": branch["x"][middle]}
     request = parse_request(json.dumps({**ORBIT, "parameters": changed, "at": at}))

@@ -9,7 +9,6 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any, cast
 
-from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.moved import moved_branches
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.computations.loci import bifurcation_set
@@ -84,8 +83,8 @@ class Answering:
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
         self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
-        self._nearest: dict[Hashable, Diagram] = {}
-        self._moved_last: tuple[Hashable, tuple[Branch, ...]] = (None, ())
+        self._nearest: OrderedDict[Hashable, Diagram] = OrderedDict()
+        self._moved_diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._solutions = KeptTrajectories()
 
     def warm_up(self) -> None:
@@ -133,8 +132,7 @@ class Answering:
 
     def _answer(self, request: ViewRequest, send: Emit, check: Check) -> None:
         if isinstance(request, OrbitRequest):
-            orbit = self._orbit(request, check, self._moved_already(request))
-            send(orbit_view(orbit, request.vary))
+            send(orbit_view(self._orbit(request, check), request.vary))
         elif isinstance(request, PlaneRequest):
             send(plane_view(self._plane(request, check, PlaneProgress(send))))
         else:
@@ -147,8 +145,10 @@ class Answering:
 
             moved = self._moved(request)
             if moved is not None:
-                early = {"moved": True, "more": True, "done": False}
+                early = {"moved": True, "more": True, "done": not request.rests}
                 send({**diagram_view(moved, show, statistic), **early})
+                if not request.rests:
+                    return
             watch = now_and_then(send, check, diagram_note)
             diagram = self._diagram(request, check, watch, show_early)
             send(diagram_view(diagram, show, statistic))
@@ -203,15 +203,17 @@ class Answering:
         It is not moved from a moved one: what is drawn does not depend on the way of a slider.
         """
         model = self._catalogue.of(request)
-        near = self._nearest.get(_family(model, request))
-        if near is None or _key(model, request) in self._diagrams:
+        near, key = self._nearest.get(_family(model, request)), _key(model, request)
+        if near is None or key in self._diagrams:
             return None
-        branches = moved_branches(near.branches, model, near.span)
-        if branches is None:
-            return None
-        changed = model.replace(**{request.vary: near.span[0]})
-        self._moved_last = _key(model, request), branches
-        return replace(near, model=changed, branches=branches, checked=None)
+        if key not in self._moved_diagrams:
+            branches = moved_branches(near.branches, model, near.span)
+            if branches is None:
+                return None
+            changed = model.replace(**{request.vary: near.span[0]})
+            moved = replace(near, model=changed, branches=branches, checked=None)
+            _keep(self._moved_diagrams, key, moved)
+        return self._moved_diagrams[key]
 
     def _diagram(
         self,
@@ -228,32 +230,18 @@ class Answering:
             also = [_further(model, request.vary, item) for item in request.also]
             given = (model, request.vary, request.span)
             self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
-        self._nearest[_family(model, request)] = self._diagrams[key]
-        self._moved_last = (None, ())
-        self._diagrams.move_to_end(key)
-        while len(self._diagrams) > PAGE.diagrams:
-            self._diagrams.popitem(last=False)
-        while len(self._nearest) > PAGE.diagrams:
-            del self._nearest[next(iter(self._nearest))]
+        _keep(self._nearest, _family(model, request), self._diagrams[key])
+        _keep(self._diagrams, key, self._diagrams[key])
         return self._diagrams[key]
 
-    def _moved_already(self, request: OrbitRequest) -> tuple[Branch, ...]:
-        """Return the branches of the diagram that a request is about, if they were moved last.
-
-        What a page shows while a slider moves need not wait for the whole response.
-        """
-        key, branches = self._moved_last
-        return branches if key == _key(self._catalogue.of(request), request) else ()
-
-    def _orbit(
-        self, request: OrbitRequest, check: Check, known: tuple[Branch, ...] = ()
-    ) -> PeriodicOrbit:
-        """Return the orbit that a request is about; its branches may be known."""
-        at = request.at
+    def _orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
+        """Return the orbit that a request is about; while a slider moves, on moved branches."""
+        at, key = request.at, _key(self._catalogue.of(request), request)
         if not isinstance(at, OnBranch):
             model = self._catalogue.of(request).replace(**{request.vary: at.value})
             return periodic_orbit(model, at.period, at.state)
-        branches = known or self._diagram(request, check).branches
+        moved = None if key in self._diagrams else self._moved_diagrams.get(key)
+        branches = (moved or self._diagram(request, check)).branches
         if at.branch > len(branches):
             raise InputError(
                 f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
@@ -308,6 +296,14 @@ def _further(model: Model, vary: str, start: FurtherStart) -> PeriodicOrbit | di
             there = model.replace(**{vary: start.value})
             return periodic_orbit(there, start.period, start.state, duration=start.duration)
     return {vary: start.value, **start.state}
+
+
+def _keep(diagrams: OrderedDict[Hashable, Diagram], key: Hashable, diagram: Diagram) -> None:
+    """Store a diagram as the newest of a few."""
+    diagrams[key] = diagram
+    diagrams.move_to_end(key)
+    if len(diagrams) > PAGE.diagrams:
+        diagrams.popitem(last=False)
 
 
 def _key(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:

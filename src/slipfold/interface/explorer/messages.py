@@ -133,6 +133,7 @@ class DiagramRequest(_ShownRequest):
     seconds: ClassVar[float] = 60.0
 
     kind: Literal["diagram"]
+    rests: bool = True  # if not, a slider moves: a diagram that can be moved is not followed yet
 
 
 class ScreenRequest(_VaryRequest):

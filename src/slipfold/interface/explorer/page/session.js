@@ -52,6 +52,9 @@ export class Refusals {
 
 const KEPT_ORBITS = 60;
 
+/** Milliseconds without a move after which a slider rests: the whole response is followed then. */
+const REST = 100;
+
 export class Session {
   /** The live diagram: `{answer, view}`. */
   diagramArrived = new Signal();
@@ -191,7 +194,7 @@ export class Session {
     }
     if (view.at !== before.at) this.#followed = view.at;
     this.#followDiagram();
-    this.#followPins();
+    if (view.pins !== before.pins || view.pins.length > 0) this.#followPins();
     this.#followPlane(live);
     if (view.parameters[view.vary] !== before.parameters[view.vary] || view.at !== before.at) {
       this.#choosePlace();
@@ -206,14 +209,16 @@ export class Session {
     this.#keys.diagram = key;
     this.isMore = false;
     this.progressed.announce(null);
+    const ask = (rests) => this.requests.ask({ ...request, rests }, { onAnswer, onError });
     const onAnswer = (answer) => {
       if (answer.progress) {
         this.progressed.announce(answer);
         return;
       }
+      if (answer.done && answer.more) setTimeout(() => key === this.#keys.diagram && ask(true), REST);
       this.diagram = answer;
       this.#hasFailed = false;
-      this.#settled = answer.done ? key : null;
+      this.#settled = answer.done && !answer.more ? key : null;
       this.isMore = Boolean(answer.more);
       this.#fail("diagram", null);
       this.diagramArrived.announce({ answer, view, request });
@@ -233,7 +238,7 @@ export class Session {
         this.#followDiagram();
       }));
     };
-    this.requests.ask(request, { onAnswer, onError });
+    ask(!this.store.isLive);
   }
 
   #followPins() {
