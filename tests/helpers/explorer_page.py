@@ -184,7 +184,8 @@ class ExplorerPage:
         )
 
     def strengths(self, name):
-        """Opacities of the lines of a curve."""
+        """Opacities of the lines of a curve, once plotly has drawn it."""
+        self.page.locator(f"{DIAGRAM}:not(.moving)").wait_for()
         return set(
             self.page.evaluate(
                 "([selector, name]) => document.querySelector(selector).data"

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
@@ -45,6 +46,25 @@ def test_the_curve_follows_a_slider_that_is_not_let_go(new_tab):
     explorer.release("Vd")
     expect(explorer.page.get_by_label("Undo (Ctrl+Z)")).to_be_enabled()
     explorer.page.wait_for_url("**p.Vd=0.7*")
+
+
+def test_what_is_drawn_while_a_slider_moves_lies_where_plotly_draws_it(new_tab):
+    explorer = new_tab.open()
+    with explorer.redrawn():
+        explorer.slide("Vd", 0.66)
+    live, plotted = explorer.page.evaluate(
+        "(layers) => layers.map((names) => names.map((name) => [...document.querySelectorAll(name)]"
+        ".map((node) => node.getBoundingClientRect()).filter(({ width }) => width > 0)"
+        ".map(({ left, top, width, height }) => [left, top, left + width, top + height])))",
+        [
+            [f"{DIAGRAM} .live {name}" for name in ("clipPath + g path", "g + g path", "text")],
+            [f"{DIAGRAM} .scatterlayer {name}" for name in (".js-line", ".points path", "text")],
+        ],
+    )
+    for ours, theirs in zip(live, plotted, strict=True):
+        boxes = [np.array(boxes).T for boxes in (ours, theirs)]  # plotly draws each piece of a line
+        edges = [(*box[:2].min(axis=1), *box[2:].max(axis=1)) for box in boxes]
+        assert edges[0] == pytest.approx(edges[1], abs=1.5)  # pixels: markers are a little smaller
 
 
 def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):

@@ -153,7 +153,8 @@ const EXPECTED = new Set(["span", "closed", "bifurcation"]);
 /** Share of the span by which a motion starts beyond the end of a branch. */
 const BEYOND = 0.02;
 
-const SHAPES = {
+/** Markers by plotly's names, about the origin. */
+export const SHAPES = {
   circle: "M4 0A4 4 0 1 1-4 0A4 4 0 1 1 4 0Z",
   square: "M-3.6-3.6H3.6V3.6H-3.6Z",
   "triangle-up": "M0-4.4L4.4 3.6H-4.4Z",

@@ -10,7 +10,7 @@ import {
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, leastDamped, withUnit } from "./quantities.js";
 import { measurementTraces, measurementValues } from "./measurements.js";
-import { MotionLayer, motionTraces } from "./motion_layer.js";
+import { LiveLayer, MotionLayer, motionTraces } from "./motion_layer.js";
 import { colors, light } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 
@@ -19,6 +19,9 @@ const MARK = 9;
 const MOVED = 4;
 const KEY_STEPS = 200;
 const FAINT = 0.4;
+
+/** Milliseconds after the last curve of a moving slider from which plotly draws it. */
+const STILL = 150;
 
 export class DiagramPlot {
   /** The element to put on the page. */
@@ -38,11 +41,13 @@ export class DiagramPlot {
   #measurements;
   #sweep;
   #motions = new MotionLayer();
+  #live = new LiveLayer();
+  #still = 0;
   #drawn = null;
   #sight = { key: "", y: [0, 1] };
   #simulated = null;
   #isDrawnFaint = false;
-  #drawSoon = redrawn(this.node, () => this.#draw());
+  #drawSoon = redrawn(this.node, () => this.#redraw());
   /** Numbers of the drawings that were requested, and that are on the screen. */
   #asked = 0;
   #painted = 0;
@@ -52,10 +57,10 @@ export class DiagramPlot {
     this.#session = session;
     this.#measurements = measurements;
     this.#sweep = sweep;
-    this.node.append(this.#canvas, this.#motions.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
+    this.node.append(this.#canvas, this.#live.node, this.#motions.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting);
     this.#showStatus();
-    session.diagramArrived.subscribe(() => this.#schedule());
+    session.diagramArrived.subscribe(() => this.#drawNow());
     session.pinsChanged.subscribe(() => this.#schedule());
     measurements.changed.subscribe(() => this.#schedule());
     sweep.changed.subscribe(() => this.#drawMotions());
@@ -102,13 +107,42 @@ export class DiagramPlot {
     this.#drawSoon();
   }
 
+  /** Draw without waiting for a frame: the next one shows it. While a slider moves the axes stand still. */
+  #drawNow() {
+    this.#asked += 1;
+    this.#redraw();
+  }
+
+  #redraw() {
+    if (!this.#session.store.isLive || !this.#drawLive()) this.#draw();
+  }
+
+  /** Draw the curve alone, if plotly has drawn all else; return whether it has. */
+  #drawLive() {
+    const { diagram, view } = this.#session;
+    if (!this.#drawn || view.pins.length > 0 || this.#measured(diagram)) return false;
+    const size = [this.node.clientWidth, this.node.clientHeight];
+    const range = this.#ranges(diagram);
+    if (JSON.stringify([size, range, diagram.x, diagram.y]) !== this.#drawn.sheet) return false;
+    this.#drawn.diagram = diagram;
+    this.#live.draw(this.#traces(diagram, colors()), this.#drawn.map, this.#canvas.layout.font.family);
+    this.node.classList.add("moving");
+    clearTimeout(this.#still);
+    this.#still = setTimeout(() => this.#draw(), STILL);
+    this.#place();
+    this.#announceSoon(this.#asked, diagram);
+    return true;
+  }
+
   async #draw() {
     const { diagram, view } = this.#session;
     if (!diagram || this.node.clientWidth === 0) return;
+    clearTimeout(this.#still);
     const number = this.#asked;
     const size = [this.node.clientWidth, this.node.clientHeight];
     const range = this.#ranges(diagram);
-    this.#drawn = { diagram, map: mapping(size, range.x, range.y), names: view.pins };
+    const sheetKey = JSON.stringify([size, range, diagram.x, diagram.y]);
+    this.#drawn = { diagram, map: mapping(size, range.x, range.y), names: view.pins, sheet: sheetKey };
     const color = colors();
     const title = { x: axisTitle(diagram.x), y: valueTitle(diagram.y) };
     const sheet = layout(color, { title: escaped(title.x), range: range.x },
@@ -117,8 +151,14 @@ export class DiagramPlot {
     this.#place();
     this.#drawMotions();
     await plotted;
+    this.node.classList.remove("moving");
     this.#listenToPlot();
-    requestAnimationFrame(() => this.#announcePainted(number, diagram));
+    this.#announceSoon(number, diagram);
+  }
+
+  /** Announce a diagram after the next frame: what is posted in a frame is done once that is on the screen. */
+  #announceSoon(number, diagram) {
+    requestAnimationFrame(() => setTimeout(() => this.#announcePainted(number, diagram)));
   }
 
   /** Announce that a diagram is on the screen: measurements and tests wait for it. */
@@ -204,7 +244,7 @@ export class DiagramPlot {
   /** Show whether the diagram is complete; one of another model is not shown. */
   #showStatus() {
     const { isSettled, diagram, connection, hasFailed } = this.#session;
-    const isPainted = !diagram || this.#painted === this.#asked;
+    const isPainted = !diagram || (this.#painted === this.#asked && !this.node.classList.contains("moving"));
     this.node.classList.toggle("refused", hasFailed);
     this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
     this.node.classList.toggle("empty", !diagram);

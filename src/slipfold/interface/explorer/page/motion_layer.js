@@ -1,5 +1,6 @@
-/** Motions above the curves of a diagram: the periods of a simulation, the places of a sweep. All places are in a few paths, so that plotly need not draw again. */
+/** Layers above the curves of a diagram, so that plotly need not draw again: the periods of a simulation and the places of a sweep in a few paths, and the live curve while a slider moves. */
 
+import { SHAPES } from "./diagram_panel.js";
 import { set, svg } from "./dom.js";
 
 const RUNS = ["up", "down"];
@@ -79,4 +80,71 @@ export function motionTraces(simulated, runs, [fx, fy], color) {
     type: "scatter", mode: "markers", name: `sweep ${run}`, x: runs[run].map((place) => place.x * fx), y: runs[run].map((place) => place.y * fy),
     marker: { color: tints[run], size: runs[run].map(({ size }) => 2 * size), symbol: run === "up" ? "triangle-right" : "triangle-left" },
   }))];
+}
+
+/** Directions of texts from their markers, as plotly's `textposition` names them. */
+const SIDES = { top: -1, middle: 0, bottom: 1, left: -1, center: 0, right: 1 };
+const ANCHORS = { left: "end", center: "middle", right: "start" };
+
+/** How plotly draws markers whose sizes are a list. */
+const MARKER_OPACITY = 0.7;
+
+export class LiveLayer {
+  /** The element to put on the plot. */
+  node = svg("svg", { class: "motion-layer live", "aria-hidden": "true" });
+  #frame = svg("rect");
+  #lines = svg("g", { fill: "none", "clip-path": "url(#live-frame)" });
+  #marks = svg("g");
+
+  constructor() {
+    this.node.append(svg("clipPath", { id: "live-frame" }, this.#frame), this.#lines, this.#marks);
+  }
+
+  /**
+   * Draw what plotly would.
+   * @param {object[]} traces lines, and last markers with their names
+   * @param {{toPixel: Function, isInside: Function, frame: object}} map of the plot
+   * @param {string} family of fonts
+   */
+  draw(traces, { toPixel, isInside, frame: { left: x0, top: y0, width, height } }, family) {
+    set(this.#frame, { x: x0, y: y0, width, height });
+    this.#lines.replaceChildren(...traces.slice(0, -1).map((trace) => lineOf(trace, toPixel)));
+    const { x, y, marker, text, textposition, textfont, opacity } = traces.at(-1);
+    const places = x.map((value, i) => toPixel(value, y[i]));
+    set(this.#marks, { opacity, "font-family": family, "font-size": textfont.size });
+    this.#marks.replaceChildren(...places.flatMap((place, i) => (isInside(...place) ? [
+      svg("path", {
+        d: SHAPES[marker.symbol[i]], transform: `translate(${place})`,
+        fill: marker.color[i], stroke: marker.line.color, "stroke-width": marker.line.width, opacity: MARKER_OPACITY,
+      }),
+      textOf(place, text[i], textposition[i], marker.size[i], textfont),
+    ] : [])));
+  }
+}
+
+function lineOf({ x, y, line: { color, dash, width }, opacity }, toPixel) {
+  let command = "M";
+  const parts = x.map((value, i) => {
+    if (value === null) {
+      command = "M";
+      return "";
+    }
+    const [px, py] = toPixel(value, y[i]);
+    const part = `${command}${px.toFixed(2)} ${py.toFixed(2)}`;
+    command = "L";
+    return part;
+  });
+  const dashes = dash === "solid" ? null : dash;
+  return svg("path", { d: parts.join(""), stroke: color, "stroke-width": width, "stroke-dasharray": dashes, opacity });
+}
+
+/** A name where plotly puts it. */
+function textOf([x, y], text, position, size, font) {
+  const [vertical, horizontal] = position.split(" ");
+  const reach = size / 1.6 + 1;
+  const down = SIDES[vertical];
+  return svg("text", {
+    x: x + SIDES[horizontal] * reach, y: y + 0.75 * font.size + down * reach + ((down - 1) * font.size) / 2,
+    fill: font.color, "text-anchor": ANCHORS[horizontal],
+  }, text.replaceAll("&lt;", "<").replaceAll("&amp;", "&"));
 }
