@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -325,7 +326,7 @@ def refine_minimum(
 
     Shapes: states (k, n); start, columns, signs, enough (k,), spacing too or one; returns (k,).
     """
-    lowest = np.empty(len(columns))
+    closest = np.empty((len(columns), len(_PLACES)))
     going = np.arange(len(columns))
     width = np.broadcast_to(2.0 * np.asarray(spacing), len(going))
     for zoom in range(1, SEARCH.max_zooms + 1):
@@ -335,8 +336,10 @@ def refine_minimum(
         flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(SEARCH.zoom))
         values = flat.reshape(len(going), SEARCH.zoom, -1)[rows, :, columns[going]]
         values = signs[going, None] * values
-        best = np.clip(values.argmin(axis=1), SEARCH.neighbors, SEARCH.zoom - 1 - SEARCH.neighbors)
-        beside = values[rows[:, None], best[:, None] + _PLACES]
+        lowest = values.argmin(axis=1)
+        # Of few numbers this takes a fourth of the time that `numpy.clip` does.
+        best = np.minimum(np.maximum(lowest, SEARCH.neighbors), SEARCH.zoom - 1 - SEARCH.neighbors)
+        closest[going] = beside = values[rows[:, None], best[:, None] + _PLACES]
         least, bend = beside.min(axis=1), _bend(beside)
         # Each continues individually: others change no digit of it.
         on = bend > SEARCH.bend * np.abs(values).max(axis=1)
@@ -344,18 +347,16 @@ def refine_minimum(
             on |= ~_is_smooth(beside)
         if enough is not None:
             on &= ~(least - np.abs(bend) > enough[going])
-        on &= zoom < SEARCH.max_zooms
-        lowest[going[~on]] = _least_between(beside[~on])
         if not on.any():
             break
-        best = np.clip(values.argmin(axis=1), 1, SEARCH.zoom - 2)
+        best = np.minimum(np.maximum(lowest, 1), SEARCH.zoom - 2)
         going, states, start = going[on], fine[rows, best - 1][on], at[rows, best - 1][on]
         width = (2 * width / SEARCH.zoom)[on]
-    return lowest
+    return _least_between(closest)
 
 
 _PLACES = np.arange(-SEARCH.neighbors, SEARCH.neighbors + 1)
-_ORDERS = np.arange(len(_PLACES))
+_ORDERS = np.arange(len(_PLACES))[:, None]
 _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
 _SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 
@@ -367,7 +368,7 @@ def _is_smooth(values: Array) -> Mask:
 
 def _middle(values: Array) -> NDArray[np.intp]:
     """Return which of samples has the lowest in its neighborhood, (k, 2 neighbors + 1) to (k,)."""
-    return np.clip(values.argmin(axis=1), 1, len(_PLACES) - 2)
+    return np.minimum(np.maximum(values.argmin(axis=1), 1), len(_PLACES) - 2)
 
 
 def _bend(values: Array) -> Array:
@@ -377,21 +378,25 @@ def _bend(values: Array) -> Array:
     return np.asarray(left - 2 * values[rows, middle] + right)
 
 
+def _polynomial(coefficients: Array, places: Array) -> Array:
+    """Evaluate polynomials by Horner's rule. Shapes: coefficients (p, k); places (k,)."""
+    return reduce(lambda value, lower: value * places + lower, coefficients[::-1])
+
+
 def _least_between(values: Array) -> Array:
     """Return the minima of polynomials through samples, (k, 2 neighbors + 1) to (k,)."""
     least, bend, middle = values.min(axis=1), _bend(values), _middle(values)
-    coefficients, places = values @ _FIT, _PLACES[middle].astype(float)
-    for _ in range(3):
-        powers = places[:, None] ** _ORDERS
-        slope = (coefficients[:, 1:] * _ORDERS[1:] * powers[:, :-1]).sum(axis=1)
-        factors = _ORDERS[2:] * _ORDERS[1:-1]
-        curvature = (coefficients[:, 2:] * factors * powers[:, :-2]).sum(axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
+    coefficients, places = _FIT.T @ values.T, _PLACES[middle].astype(float)
+    slopes, low, high = coefficients[1:] * _ORDERS[1:], places - 1, places + 1
+    curvatures = slopes[1:] * _ORDERS[1:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(3):
+            slope, curvature = _polynomial(slopes, places), _polynomial(curvatures, places)
             step = np.where(curvature > 0, slope / curvature, 0.0)
-        places = np.clip(places - step, _PLACES[middle] - 1, _PLACES[middle] + 1)
-    found = (coefficients * places[:, None] ** _ORDERS).sum(axis=1)
+            places = np.minimum(np.maximum(places - step, low), high)
     # Where the samples lie on no polynomial, it says nothing.
-    return np.asarray(np.clip(found, least - np.abs(bend), least))
+    found = np.maximum(_polynomial(coefficients, places), least - np.abs(bend))
+    return np.asarray(np.minimum(found, least))
 
 
 def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
