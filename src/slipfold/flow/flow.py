@@ -324,10 +324,9 @@ class Flow(Evaluated):
         Shapes: states (m, N); returns ends (m, N), derivatives (m, N, n + k).
         """
         (m, size), n, (count, k) = states.shape, self.dimension, directions.shape[-2:]
-        scales, units = constants.scales, _units(constants.scales, k)
+        scales = constants.scales
         if size > n:
             scales = np.concatenate([scales, scales], axis=-1)
-            units = np.concatenate([units, units], axis=-2)
         changes = directions.swapaxes(-1, -2)
         # Columns by the start, columns along changes, and in how many groups they are integrated.
         few, groups = VARIATIONS.columns, [(n, k, 1)]
@@ -353,10 +352,13 @@ class Flow(Evaluated):
             if columns:
                 ends = finished[::repeats, ..., :size] * scales
             part = finished[..., size:].reshape(m, repeats, *end.shape[1:], size, columns + along)
-            parts.append(np.moveaxis(part, 1, -2).reshape(*end.shape, size, -1))
-        if len(parts) == 1:
-            return ends, parts[0] * units
-        return ends, np.concatenate([parts[0][..., :n], parts[1]], axis=-1) * units
+            part = part if repeats == 1 else np.moveaxis(part, 1, -2)
+            parts.append(part.reshape(*end.shape, size, -1))
+        if len(parts) > 1:
+            parts[0] = parts[0][..., :n]
+        whole = np.concatenate(parts, axis=-1) * scales[..., None]
+        whole[..., :n] /= constants.scales[..., None, :]
+        return ends, whole
 
     def _propagated(self, code: Any, state: Array, start: Array, end: Array, pars: Array) -> Array:
         """Propagate complete states of compiled code."""
@@ -563,9 +565,3 @@ def _started(size: int, n: int, columns: int, repeats: int) -> Array:
     for column in range(n):
         rows[column // columns, column, column % columns] = 1.0
     return rows.reshape(repeats, -1)
-
-
-def _units(scales: Array, directions: int) -> Array:
-    """What derivatives of scaled states are to be multiplied by, shape (..., n, n + k)."""
-    from_scaled = np.concatenate([1 / scales, np.ones((*scales.shape[:-1], directions))], axis=-1)
-    return np.asarray(scales[..., :, None] * from_scaled[..., None, :])

@@ -100,7 +100,7 @@ class Shooting(Discretization):
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.propagate(nodes, self.start, self.end, constants)
-        units = self.units / np.sqrt(self.segments) / self.scales[:, None]
+        units = self.parameter_units / np.sqrt(self.segments)
         return self._gaps(nodes, ends), matrices * self.ratios, vectors * units
 
     def propagate_to(
