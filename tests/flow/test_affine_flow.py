@@ -71,7 +71,7 @@ def test_solutions_are_those_of_the_exponential():
     block = np.block([[whole, np.zeros((11, 11))], [varied, whole]])
 
     begin, times, first = np.array([0.2, 0.9]), np.array([0.05, 0.8]), rng.normal(size=(2, 8))
-    solutions = AffineSolutions.of(_eigenvectors(matrix), 1.0, forcing, np.ones(8))
+    solutions = AffineSolutions.of(_eigenvectors(matrix.tobytes(), 8), 1.0, forcing, np.ones(8))
     start = first @ solutions.into.T
     moved = (solutions.motions(start, begin, times[:, None])[:, 0] @ solutions.shapes.T).real
     own = Harmonics(2j * np.pi * np.array([-1, 0, 1]), np.array([ahead, 2 * pushed, ahead]) / 2)

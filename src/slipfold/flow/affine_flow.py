@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import heyoka as hy
@@ -211,12 +212,17 @@ class AffineSolutions:
         return np.asarray((self.shapes @ result).real)
 
 
+@lru_cache(maxsize=16)
+def _largest_modulus(matrix: bytes, n: int) -> float:
+    """Return the largest modulus of the eigenvalues of a matrix, shape (n, n)."""
+    return float(np.abs(np.linalg.eigvals(np.frombuffer(matrix).reshape(n, n))).max())
+
+
 class AffineFlow(Flow):
     """The flow of affine rates; where they are not forced by few harmonics it is integrated."""
 
     def __init__(self, equations: Equations) -> None:
         super().__init__(equations)
-        self._eigen = dict[bytes, EigenBasis | None]()
         self._known: tuple[Constants | None, AffineSolutions | None] = None, None
         self._fast: tuple[Constants | None, bool] = None, False
 
@@ -230,14 +236,16 @@ class AffineFlow(Flow):
 
     def _fastest(self, constants: Constants) -> float:
         """Return the largest modulus of the eigenvalues a phase, zero if it is not large."""
-        n, scales = self.dimension, constants.scales
+        n, scales, period = self.dimension, constants.scales, constants.period
         states = np.concatenate([np.zeros((1, n)), np.diag(scales)])
-        rates = self.rates(states, np.zeros(n + 1), constants) / scales
+        # In a second, since most branches in the frequency change nothing else
+        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
+        rates = self.rates(states, np.zeros(n + 1), second) / scales
         matrix = rates[1:] - rates[0]
-        bound = float(np.abs(matrix).sum(axis=1).max())
+        bound = float(np.abs(matrix).sum(axis=1).max()) * period
         if not AFFINE.fast < bound < np.inf:
             return 0.0
-        return float(np.abs(np.linalg.eigvals(matrix)).max())
+        return _largest_modulus(matrix.tobytes(), n) * period
 
     def solutions(self, constants: Constants) -> AffineSolutions | None:
         """Return all solutions, None where no closed form has enough digits."""
@@ -259,12 +267,7 @@ class AffineFlow(Flow):
             return None
         second = replace(constants, values=np.append(constants.values[:-1], 1.0))
         matrix = self.jacobians(np.zeros((1, n)), np.zeros(1), second)[0]
-        key = matrix.tobytes()
-        if key not in self._eigen:
-            while len(self._eigen) >= 4:  # a branch in the frequency needs one
-                del self._eigen[next(iter(self._eigen))]
-            self._eigen[key] = _eigenvectors(matrix)
-        eigen = self._eigen[key]
+        eigen = _eigenvectors(matrix.tobytes(), n)
         # Rates that states of the size of their scales cause
         scaled = np.abs(matrix) * constants.scales / constants.scales[:, None]
         units = constants.scales * np.maximum(1.0, constants.period * scaled.sum(axis=1))
@@ -329,10 +332,12 @@ class AffineFlow(Flow):
         return harmonics_of(changes, units, relative.max(axis=0))
 
 
-def _eigenvectors(matrix: Array) -> EigenBasis | None:
+@lru_cache(maxsize=16)  # a branch in the frequency needs one for each mode of contacts
+def _eigenvectors(entries: bytes, n: int) -> EigenBasis | None:
     """Return eigenvalues, eigenvectors and their inverse; None where they have too few digits."""
     from scipy.linalg import matrix_balance  # slow to import
 
+    matrix = np.frombuffer(entries).reshape(n, n)
     if not np.isfinite(matrix).all():
         return None
     balanced, (sizes, _) = matrix_balance(matrix, permute=False, separate=True)

@@ -65,6 +65,13 @@ class ContactQuantities:
         values = self._function.along(states, phases, constants)
         return [self._sorted(row) for row in values.tolist()]
 
+    def sizes(self, states: Array, constants: Constants) -> tuple[Array, Array]:
+        """Return slip of contacts and the friction that holds them, (p, k), at states (p, n)."""
+        values = np.abs(self._function.along(states, np.zeros(len(states)), constants))
+        begins = [part.start for part in self.places]
+        slips = np.hypot.reduceat(values[:, self._parts[0]], begins, axis=1)
+        return slips, values[:, self._parts[-2]]
+
     def _sorted(self, values: Numbers) -> ContactsNow:
         result, m = [values[part] for part in self._parts], self._components
         matrices = result[2 : 2 + m], result[2 + m : 2 + 2 * m]

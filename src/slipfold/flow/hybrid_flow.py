@@ -381,14 +381,8 @@ class HybridFlow:
         They affect the length of a step. Shapes: state (n,).
         """
         around = np.concatenate([state[None], state + np.diag(constants.scales)])
-        now = self.quantities.along(around, np.zeros(len(around)), constants)
-        slips = np.array([
-            [math.hypot(*item.slip[part]) for part in self.quantities.places] for item in now
-        ])  # fmt: skip
-        forces = np.abs([item.holding for item in now])
-        return np.concatenate(
-            [_over(slips), _over(forces), _over(self._distances(around, constants))]
-        )
+        sizes = *self.quantities.sizes(around, constants), self._distances(around, constants)
+        return np.concatenate([_over(part) for part in sizes])
 
     def system(self, state: Array, constants: Constants, *, energies: bool = True) -> HybridSystem:
         """Return the hybrid system with scales about a state. Shapes: state (n,)."""
