@@ -161,6 +161,15 @@ def test_classes_follow_from_exponents(exponents, error, seconds, kind):
     assert classify(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
 
 
+@pytest.mark.parametrize("seconds", [None, 0.5])
+def test_without_damping_exponents_count_no_frequencies(seconds):
+    # Hoover, Physical Review A 31 (1985) 1695: a thermostat of three states, on tori of two.
+    found = classify(np.zeros(3), np.full(3, 1e-8), UNSETTLED, seconds)
+    assert found.kind == "torus"
+    assert "of 3 frequencies" not in found.message
+    assert "nothing damps" in found.message
+
+
 @pytest.mark.parametrize("periods", [400, 1600])
 def test_linear_growth_between_tori_is_not_chaos(periods):
     # The logarithm of the growth is that of the time, as the frequency depends on the amplitude.

@@ -276,8 +276,10 @@ def classify(
         return Classification(
             "periodic", "periodic: nearby trajectories do not diverge; more periods show its period"
         )
-    frequencies = free + 1
-    return Classification("torus", f"quasi-periodic, on a torus of {frequencies} frequencies")
+    where = f"on a torus of {free + 1} frequencies"
+    if zero.all():  # without damping each frequency has two: beside a torus others have another one
+        where = "on a torus that nothing damps: how many frequencies it has, exponents do not tell"
+    return Classification("torus", f"quasi-periodic, {where}")
 
 
 def _settled(settlement: Settlement, grows: bool) -> Classification:
