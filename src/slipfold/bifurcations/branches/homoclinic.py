@@ -58,77 +58,65 @@ class Homoclinic:
         recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
         crawls = len(points) > RULE.crawls and recent < RULE.arc
         stands = RULE.stands if crawls else STOP.constant
+        kind = "homoclinic"
         if _stands(orbits, points, stands) and _passes_saddle(points[-1]):
-            end = End(
-                "homoclinic",
+            reason = (
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
-                f"at {value:.9g}: the cycle nears a homoclinic orbit",
-                (value,),
+                f"at {value:.9g}: the cycle nears a homoclinic orbit"
             )
         elif self._snakes(interval) and _passes_saddle(points[-1]):
-            end = End(
-                "homoclinic",
+            reason = (
                 f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
                 f"{orbits.vary} = {value:.7g}: the cycle nears a homoclinic orbit, about which the "
-                "branch turns without end",
-                (value,),
+                "branch turns without end"
             )
-        elif (turns := self._turns_between(interval)) is not None:
-            first, last, longer = turns
-            end = End(
-                "homoclinic",
+        elif (longer := self._added(interval)) is not None:
+            first, last = orbits.width * self._folds(interval, 2)[0]
+            reason = (
                 f"the branch turns at {orbits.vary} = {first:.7g} and {last:.7g} again and again, "
                 f"each time longer by about {longer:.4g} s: it nears orbits homoclinic to a cycle "
-                "of that duration, and turns without end",
-                (value,),
+                "of that duration, and turns without end"
             )
         elif growth > self._largest and (appear := _saddle_node(points)) is not None:
-            end = End(
-                "homoclinic",
+            reason = (
                 f"the duration grew past {self._largest:g} times that at first, as one over the "
                 f"root of the distance from {orbits.vary} = {orbits.width * appear:.6g}, where "
-                "equilibria appear on the cycle (a saddle-node on it)",
-                (value,),
+                "equilibria appear on the cycle (a saddle-node on it)"
             )
         elif growth > self._largest:
-            end = End(
-                "duration",
+            kind = "duration"
+            reason = (
                 f"the duration grew past {self._largest:g} times that at first, as it does towards "
-                "a homoclinic orbit and in slow relaxation; allow a larger duration to continue",
-                (value,),
+                "a homoclinic orbit and in slow relaxation; allow a larger duration to continue"
             )
         else:
             return MonitorResult()
-        return MonitorResult(stop=Stop(interval.point, end))
+        return MonitorResult(stop=Stop(interval.point, End(kind, reason, (value,))))
+
+    def _folds(self, interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
+        """Return the places of the last folds, in spans, and durations; none if there are fewer."""
+        folds = [item.point for item in interval.traced.found if item.type == "LP"][-count:]
+        if not self._orbits.free_phase or len(folds) < count:
+            return np.empty(0), np.empty(0)
+        durations = [point.z[-2] * point.curve.units[-2] for point in folds]
+        return np.array([point.z[-1] for point in folds]), np.array(durations)
 
     def _snakes(self, interval: StepInterval[OrbitPoint]) -> bool:
         """Whether folds of ever longer cycles lie ever closer together."""
-        folds = [item.point for item in interval.traced.found if item.type == "LP"][-2:]
-        if not self._orbits.free_phase or len(folds) < 2:
-            return False
-        before, last = (point.z[-2] * point.curve.units[-2] for point in folds)
-        return bool(before < last and abs(folds[1].z[-1] - folds[0].z[-1]) < RULE.snakes)
+        places, durations = self._folds(interval, 2)
+        return bool(((np.diff(durations) > 0) & (np.abs(np.diff(places)) < RULE.snakes)).any())
 
-    def _turns_between(
-        self, interval: StepInterval[OrbitPoint]
-    ) -> tuple[float, float, float] | None:
-        """Return the values between which a branch snakes, and what two turns add to the duration.
+    def _added(self, interval: StepInterval[OrbitPoint]) -> float | None:
+        """Return what two turns add to the duration of a branch that snakes between two values.
 
-        Cycles that go round a saddle cycle once more each time are those whose orbits homoclinic to
-        it exist between two tangencies (Kuznetsov, section 7.2).
+        Between two tangencies orbits are homoclinic to a saddle cycle (Kuznetsov, section 7.2), and
+        cycles near them go round it once more each time.
         """
-        orbits = self._orbits
-        folds = [item.point for item in interval.traced.found if item.type == "LP"][-5:]
-        if not orbits.free_phase or len(folds) < 5:
-            return None
-        places = np.array([point.z[-1] for point in folds])
-        durations = [point.curve.duration(point.z) or np.nan for point in folds[::2]]
-        before, last = np.diff(durations)
-        if np.abs(places[2:] - places[:-2]).max() > RULE.snakes or not (
-            last > 0 and abs(before / last - 1) < RULE.alike
-        ):
-            return None
-        return orbits.value(folds[-2].z), orbits.value(folds[-1].z), float(last)
+        places, durations = self._folds(interval, 5)
+        longer = np.diff(durations[::2])
+        alike = np.ptp(longer) < RULE.alike * longer.min() if len(longer) else False
+        stays = (np.abs(places[2:] - places[:-2]) < RULE.snakes).all()
+        return float(longer[-1]) if alike and stays else None
 
 
 def snakes_about(
