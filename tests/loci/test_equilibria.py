@@ -241,6 +241,15 @@ def test_all_equilibria_that_motions_settle_on_are_followed():
     assert found.missing == ()
 
 
+def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed():
+    # Motions from x = 0 stay there, and so do equilibria across the window.
+    model = sf.System(parameters={"a": 0, "b": 0}, states={"x": "-x*((x - 2)^2 + b^2 - a)"})
+    found = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-0.8, 0.8)), regions=False)
+    (fold,) = found.loci
+    assert fold.type == "LP"
+    assert fold.values[:, 0] == pytest.approx(fold.values[:, 1] ** 2, abs=1e-12)
+
+
 def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):
     follow = fan.trace_response
 

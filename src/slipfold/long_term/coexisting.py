@@ -21,33 +21,11 @@ from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.search import UNDECIDED, Box, box_around, search
 from slipfold.long_term.verified import ATTRACTOR, CycleLine
 from slipfold.models.angles import wrap_angles
-from slipfold.models.equilibria import damped_newton
-from slipfold.models.model import Model, evaluation_of
+from slipfold.models.equilibria import equilibria_in
+from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
-
-
-def equilibria_in(model: Model, starts: Array) -> list[Array]:
-    """Return the equilibria that Newton's method finds from many starts, each once.
-
-    Equilibria beyond a limit of the model are left out. Shapes: starts (k, n).
-    """
-    functions, scales = evaluation_of(model), model.state_scales()
-    # There are other starts.
-    states = damped_newton(functions.linear_of(model), starts, scales, halvings=12)
-    result: list[Array] = []
-    for state in states[np.isfinite(states).all(axis=1)]:
-        values = dict(
-            zip(functions.names, functions.outputs(model, state, np.zeros(())), strict=True)
-        )
-        if any(not values[limit.output] > limit.bound for limit in model.limits):
-            continue
-        reduced = wrap_angles(state, model.angle_periods)
-        apart = [wrap_angles(reduced - other, model.angle_periods) / scales for other in result]
-        if all(np.abs(each).max() > 1e-8 for each in apart):
-            result.append(reduced)
-    return result
 
 
 class Follow(Protocol):

@@ -137,18 +137,28 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     around = np.random.default_rng(0)
     for reach in (0.1, 1.0, 10.0, 100.0):  # in scaled states
         starts = start + reach * scales * around.uniform(-1.0, 1.0, (24, len(start)))
-        # There are other starts, so none is worth many halvings.
-        states = damped_newton(linear, starts, scales, halvings=12)
-        reached = [state for state in states if _within_limits(model, state)]
-        if reached:
-            nearest = min(reached, key=lambda at: float(np.abs((at - start) / scales).max()))
-            return wrap_angles(nearest, model.angle_periods)
+        if reached := equilibria_in(model, starts):
+            turns = model.angle_periods
+            return min(reached, key=lambda at: abs(wrap_angles(at - start, turns) / scales).max())
     return None
 
 
-def _within_limits(model: Model, state: Array) -> bool:
-    if np.isnan(state).any():
-        return False
-    functions = evaluation_of(model)
-    values = dict(zip(functions.names, functions.outputs(model, state, np.zeros(())), strict=True))
-    return all(values[limit.output] > limit.bound for limit in model.limits)
+def equilibria_in(model: Model, starts: Array) -> list[Array]:
+    """Return the equilibria that Newton's method finds from many starts, each once.
+
+    Equilibria beyond a limit of the model are left out. Shapes: starts (k, n).
+    """
+    functions, scales, limits = evaluation_of(model), model.state_scales(), model.limits
+    # There are other starts, so none is worth many halvings.
+    states = damped_newton(functions.linear_of(model), starts, scales, halvings=12)
+    result: list[Array] = []
+    for state in states[np.isfinite(states).all(axis=1)]:
+        outputs = functions.outputs(model, state, np.zeros(()))
+        values = dict(zip(functions.names, outputs, strict=True))
+        if not all(values[limit.output] > limit.bound for limit in limits):
+            continue
+        reduced = wrap_angles(state, model.angle_periods)
+        apart = [wrap_angles(reduced - other, model.angle_periods) / scales for other in result]
+        if all(np.abs(each).max() > 1e-8 for each in apart):
+            result.append(reduced)
+    return result

@@ -10,7 +10,7 @@ import numpy as np
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.loci.fan import FanLine, GrazingEnds, follow_fan, follow_settled
+from slipfold.bifurcations.loci.fan import FanLine, GrazingEnds, at_rest, follow_fan, follow_settled
 from slipfold.bifurcations.loci.follow import follow_found
 from slipfold.bifurcations.loci.into_stick import (
     follow_sticking,
@@ -133,7 +133,7 @@ class _Search:
         if not plane.model.forced and max(self._periods) > 0:
             # Equilibria come first: they take seconds, cycles near homoclinic orbits minutes.
             equilibria = replace(plane, settings=replace(plane.settings, largest_period=0))
-            for line in follow_fan(equilibria, LINES):
+            for line in at_rest(equilibria, LINES):
                 yield from self._on(line.branches)
         for line in self._across():
             lines.append(line)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
@@ -21,7 +20,7 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import GRAZED, contacts_of
 from slipfold.models.angles import wrap_angles
-from slipfold.models.equilibria import search_equilibrium
+from slipfold.models.equilibria import equilibria_in, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.find import attractor_from
@@ -52,6 +51,8 @@ class FanRules:
     beyond_quiet: float = 4.0
     # Distance of equilibria, in sizes of the states, that are one
     same_rest: float = 1e-6
+    starts: int = 32  # states from which Newton's method looks for equilibria
+    around: float = 3.0  # their largest distance from the model's own, in scales
 
 
 FAN = FanRules()
@@ -190,7 +191,7 @@ def _as_point(
 
 
 FRACTIONS = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
-"""Places in the window, in its widths, where trajectories may settle on another equilibrium."""
+"""Places in the window, in its widths, where other equilibria are looked for, or settled on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,21 +299,48 @@ def follow_settled(plane: Plane, lines: Sequence[FanLine]) -> Iterator[FanLine]:
                 yield _through(plane, there, state, vary, fixed)
 
 
-def _is_another(
-    model: Model, state: NDArray[np.float64], known: Sequence[NDArray[np.float64]]
-) -> bool:
+def at_rest(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
+    """Follow equilibria across a window, also those that Newton's method finds off the lines."""
+    lines: list[FanLine] = []
+    for line in follow_fan(plane, counts):
+        lines.append(line)
+        yield line
+    for share in FRACTIONS:
+        try:
+            model = plane.at(np.array(plane.window)[:, 0] + share * plane.size)
+            away = np.random.default_rng(0).uniform(-1, 1, (FAN.starts, len(model.start)))
+            found = equilibria_in(model, model.start + FAN.around * away * model.state_scales())
+        except InputError:
+            continue
+        for state in found:
+            if not any(_passes(line, model, state) for line in lines):
+                for vary, fixed in (plane.names[::-1], plane.names):
+                    lines.append(_through(plane, model, state, vary, fixed))
+                    yield lines[-1]
+
+
+def _passes(line: FanLine, model: Model, state: Array) -> bool:
+    """Whether an equilibrium lies on a line through the same place."""
+    if not np.isclose(line.value, model.values[line.fixed], rtol=1e-12):
+        return False
+    near = [
+        branch.states[i + 1]
+        for branch in line.branches
+        if branch.kind == "equilibrium"
+        for i in np.flatnonzero(np.diff(branch.parameter > model.values[line.vary]))
+    ]
+    return not _is_another(model, state, near)
+
+
+def _is_another(model: Model, state: Array, known: Sequence[Array]) -> bool:
     """Whether an equilibrium is none of those that are found from known states."""
     found = [search_equilibrium(model, near) for near in known]
-    near = FAN.same_rest * model.state_scales()
-    apart = [
-        wrap_angles(other - state, model.angle_periods) for other in found if other is not None
-    ]
+    near, turns = FAN.same_rest * model.state_scales(), model.angle_periods
+    apart = [wrap_angles(other - state, turns) for other in found if other is not None]
     return all(bool((np.abs(item) > near).any()) for item in apart)
 
 
-def _through(
-    plane: Plane, model: Model, state: NDArray[np.float64], vary: str, fixed: str
-) -> FanLine:
+def _through(plane: Plane, model: Model, state: Array, vary: str, fixed: str) -> FanLine:
     """Follow an equilibrium across the window in one parameter."""
     begin = Begin(model.values[vary], state=state)
     span, value = extended(model, vary, plane.span(vary)), model.values[fixed]
