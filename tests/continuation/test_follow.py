@@ -167,7 +167,7 @@ def test_what_lies_farther_away_than_two_points_is_not_between_them():
     curve.slope = lambda x: -40 * (20 * x - 10) * curve.height(x)
     a, b = (curve.begin([x, 0.0], row=[1, 0]) for x in (0.0, 1.0))
     b = replace(b, arclength=1.0)
-    with pytest.raises(LostCurveError, match="led away"):
+    with pytest.raises(LostCurveError, match="too sharply"):
         locate(curve, [a, b], a, b, lambda point: point.z[0] - 0.5)
 
 

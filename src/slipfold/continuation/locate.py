@@ -329,11 +329,10 @@ class _Chord(Projection[P]):
         """Search for the point with a projection on the chord."""
         near, guess = self._guess(s)
         point = yield Guess(guess, self._row, near, s)
-        if float(point.tangent @ self._row) <= 0:
-            raise LostCurveError("the curve turns too sharply between two points")
         # Beside a branch point Newton's method is singular and may lead to any other curve.
-        if np.linalg.norm(point.z - guess) > max(self.length, ZERO.blurred):
-            raise LostCurveError("Newton's method led away from between two points")
+        away = np.linalg.norm(point.z - guess) > max(self.length, ZERO.blurred)
+        if away or float(point.tangent @ self._row) <= 0:
+            raise LostCurveError("the curve turns too sharply between two points")
         self._points.append(self._projected(point, s))
         return _between(self._a, point, self._b)
 

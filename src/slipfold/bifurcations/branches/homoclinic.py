@@ -32,7 +32,6 @@ class HomoclinicRule:
 
 RULE = HomoclinicRule()
 
-
 NEWTON = Rule(close=1e-6, iterations=20)
 """Newton's steps from the slowest state of a cycle to an equilibrium."""
 
@@ -94,10 +93,9 @@ class Homoclinic:
         return MonitorResult(stop=Stop(interval.point, End(kind, reason, (value,))))
 
     def _folds(self, interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
-        """Return the places of the last folds, in spans, and durations; none if there are fewer."""
-        folds = [item.point for item in interval.traced.found if item.type == "LP"][-count:]
-        if not self._orbits.free_phase or len(folds) < count:
-            return np.empty(0), np.empty(0)
+        """Return the places of the last folds of cycles, in spans, and durations, if there are."""
+        found = interval.traced.found if self._orbits.free_phase else []
+        folds = [item.point for item in found if item.type == "LP"][-count:]
         durations = [point.z[-2] * point.curve.units[-2] for point in folds]
         return np.array([point.z[-1] for point in folds]), np.array(durations)
 
@@ -114,7 +112,7 @@ class Homoclinic:
         """
         places, durations = self._folds(interval, 5)
         longer = np.diff(durations[::2])
-        alike = np.ptp(longer) < RULE.alike * longer.min() if len(longer) else False
+        alike = len(places) == 5 and np.ptp(longer) < RULE.alike * longer.min()
         stays = (np.abs(places[2:] - places[:-2]) < RULE.snakes).all()
         return float(longer[-1]) if alike and stays else None
 

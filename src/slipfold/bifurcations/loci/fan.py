@@ -306,13 +306,10 @@ def at_rest(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
         lines.append(line)
         yield line
     for share in FRACTIONS:
-        try:
-            model = plane.at(np.array(plane.window)[:, 0] + share * plane.size)
-            away = np.random.default_rng(0).uniform(-1, 1, (FAN.starts, len(model.start)))
-            found = equilibria_in(model, model.start + FAN.around * away * model.state_scales())
-        except InputError:
-            continue
-        for state in found:
+        model = plane.at(np.array(plane.window)[:, 0] + share * plane.size)
+        away = np.random.default_rng(0).uniform(-1, 1, (FAN.starts, len(model.start)))
+        around = model.start + FAN.around * away * model.state_scales()
+        for state in equilibria_in(model, around):
             if not any(_passes(line, model, state) for line in lines):
                 for vary, fixed in (plane.names[::-1], plane.names):
                     lines.append(_through(plane, model, state, vary, fixed))
