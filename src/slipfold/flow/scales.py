@@ -336,6 +336,16 @@ class _View:
         """The first state in a feedback loop with each one, at any state."""
         return loops_of(self.flow.equations.depends_on)
 
+    @cached_property
+    def lags(self) -> NDArray[np.bool_]:
+        """Whether each state decays so slowly that it stays near its mean, as a temperature does.
+
+        Then the mean, which varies along a branch, is larger than the motion about it.
+        """
+        own = np.diag(self.slopes)
+        mutual = np.sqrt(self.slopes * self.slopes.T) * ~np.eye(len(own), dtype=bool)
+        return (own > 0) & (own * SCALES.periods < 1) & (mutual.max(axis=1) <= own)
+
     def moved(self, trajectory: Array | None) -> Array:
         """Return the scales that a trajectory shows."""
         if trajectory is None:
@@ -343,13 +353,15 @@ class _View:
         else:
             reached = np.ptp(trajectory, axis=0) / 2
         largest = self._in_group(reached / self.ratios)
-        still = self._in_group(np.abs(self.rest - self.start) / self.ratios)
-        still = np.maximum(still, self._in_group(np.abs(self.rest) / self.ratios))
+        away = np.abs(self.rest - self.start)
+        resting = np.where(self.lags, 0.0, np.maximum(away, np.abs(self.rest)) / self.ratios)
+        still = self._in_group(resting)
         # States that move little now may dominate where others reach the nonlinear range.
         far = _largest(largest * self.ratios / self.bent)
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
         # A slow forcing moves displacements only; the velocities belong to faster vibrations.
         sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
+        sizes = np.where(self.lags, np.maximum(sizes, away), sizes)
         moving = reached > SCALES.unmoved * self.alike(reached)
         moves = self._in_group(moving.astype(float)) > 0
         return np.where((largest > SCALES.rounding * still) & moves, sizes, np.nan)
