@@ -17,7 +17,8 @@ TOTAL = {"src": 82_200, "tests": 40_650}
 Last raised for responses that are moved to new values, peaks of root mean squares and harmonics,
 disks and dampers of a structure as forces on its modes, parents of branches that a search meets,
 families of equilibria, best values of a fit that is interrupted, errors of rotation numbers near a
-resonance, states that decay slowly, snaking branches that end, and tests of closed forms on new users' models: 950 lines of src and 1,050 of tests.
+resonance, states that decay slowly, snaking branches that end, and tests of closed forms on new
+users' models: 950 lines of src and 1,050 of tests.
 """
 
 FILE_LINES = 600
