@@ -409,6 +409,7 @@ def test_a_fold_that_meets_a_pitchfork_is_no_bogdanov_takens_point(kind, back, o
     assert {end.kind for end in (locus.started, locus.stopped)} == {"window"}
 
 
+@pytest.mark.long
 def test_symmetric_cycles_of_the_circuit_fold_and_lose_symmetry_at_one_point():
     # Of AUTO's demo tor: tori lead from the zero-Hopf point to there, and nothing is listed twice.
     found = sf.locus(CIRCUIT, ("nu", "beta"), ((-0.65, -0.55), (0.4, 0.65)))

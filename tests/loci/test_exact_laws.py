@@ -1,6 +1,7 @@
 """Exact laws: loci in one plane map onto those in another, or onto their own mirror image."""
 
 import numpy as np
+import pytest
 
 from helpers.bifurcation_sets import PLANES, crossings, same_orbit, whole_set
 from slipfold import SlidingOscillator
@@ -30,6 +31,7 @@ def check_image(loci, source, values, nodes, multipliers, scales):
 # -- friction and load -------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_friction_and_load_count_as_a_product():
     # The force on the tip is mu (Ns + Nd cos): with Ns = 1 N a point (mu, Nd) is that of mu = 0.5
     # at Ns = 2 mu, Nd = 2 mu Nd.

@@ -42,6 +42,7 @@ def test_places_in_the_plane_of_frequency_and_force():
     check(FORCE, 5, points=10)
 
 
+@pytest.mark.long
 def test_places_in_the_plane_of_speed_and_force():
     check(("Vd", "Nd"), 3, points=3)
 
