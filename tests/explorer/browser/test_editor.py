@@ -67,6 +67,15 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
         page.get_by_label("File with a model").set_input_files(saved)
     assert editor.specials() == after
     assert editor.parameter("F") == 0.15
+    # A link whose model is built late does not replace a newer one.
+    late = []
+    page.route("**/api/model", lambda route: late.append(route))
+    editor.open(urlencode({"model": "late", "text": f"{quintic}\n"}))
+    editor.open("model=duffing&p.F=0.16")
+    with page.expect_response("**/api/model"):
+        late[0].continue_()
+    page.wait_for_timeout(200)
+    assert page.locator("header select").input_value() == "duffing"
 
 
 def test_the_file_of_the_server_is_read_again(brake, brake_file):
@@ -88,6 +97,11 @@ def test_the_file_of_the_server_is_read_again(brake, brake_file):
         expect(state).to_have_text("Applied.")
         page.get_by_role("button", name="Apply").click()
         expect(state).to_have_text("Nothing was changed.")
+        brake.open("model=brake")
+        brake_file.write_text("names =\n")
+        page.get_by_role("button", name="Reload").click()
+        expect(page.get_by_role("alert")).to_contain_text("line 1, column 8: this is not TOML")
+        brake.faults.clear()  # browsers note a refused request
     finally:
         brake_file.write_text(BRAKE_OF_FILE)
         matrix.write_text(STIFFNESS)

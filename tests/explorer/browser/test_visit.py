@@ -179,5 +179,8 @@ def test_what_takes_long_says_how_far_it_is(new_tab):
     # The branches may be there already, and those of other motions be sought.
     stages = "Computing the (rest of the )?response|Following what motions settle on elsewhere"
     expect(waiting).to_have_text(re.compile(f"({stages})… branch 2, 37 points, Nd = 0.25\u202fN"))
+    explorer.page.get_by_label("Vary", exact=True).select_option("f")
+    explorer.page.locator(".specials .chip").first.click()  # of the diagram over Nd, still there
+    assert explorer.parameter("f") == 12.5
     answers.let_go()
     expect(waiting).to_be_hidden()

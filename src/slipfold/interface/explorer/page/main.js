@@ -162,6 +162,7 @@ function keyHelp() {
  */
 function keepAddress(session, refusals) {
   let written = "";
+  let asked = "";
   let good = null;
   const write = (address) => {
     written = address;
@@ -179,7 +180,9 @@ function keepAddress(session, refusals) {
     // What is written before this is heard replaces the link in the address, not in the event.
     const text = new URL(newURL).hash.slice(1);
     if (text === written) return;
+    asked = text;
     const { view, sentence } = await readLink(text, session.models);
+    if (text !== asked) return; // a newer link was read sooner
     session.failed.announce({ kind: "link", sentence });
     if (view) session.store.commit(view);
   });

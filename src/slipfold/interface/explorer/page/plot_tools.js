@@ -108,7 +108,7 @@ function margins(y) {
 
 /** Characters of the longest label that plotly writes along a range. */
 function longest([low, high]) {
-  const step = stepAbove(Math.abs(high - low) / MOST_TICKS);
+  const step = stepAbove(Math.abs(high - low) / mostTicks());
   const largest = Math.max(Math.abs(low), Math.abs(high));
   const power = Math.floor(Math.log10(largest) + 0.01);
   const raised = Math.abs(power) > LEAST_POWER ? power : 0;
@@ -117,7 +117,10 @@ function longest([low, high]) {
   return (Math.min(low, high) < 0) + whole + (decimals && decimals + 1) + (raised && EXPONENT);
 }
 
-const MOST_TICKS = 7;
+/** Labels of an axis at most: fewer of large type, which would be turned on end. */
+function mostTicks() {
+  return Math.round(7 / typeScale());
+}
 
 /** The least power of ten that is written as one, and the characters that it takes. */
 const LEAST_POWER = 3;
@@ -205,7 +208,7 @@ function axis(color, { title, range }) {
     ticks: "inside",
     ticklen: 5,
     tickcolor: color("axis"),
-    nticks: MOST_TICKS,
+    nticks: mostTicks(),
     automargin: false,
     exponentformat: "power",
     minexponent: LEAST_POWER,

@@ -115,6 +115,11 @@ export class Session {
     return this.#settled === this.#keys.diagram;
   }
 
+  /** Whether the diagram that came last is along the parameter of the view: its places mean nothing else. */
+  get #isAlong() {
+    return this.diagram?.x.name === this.view.vary;
+  }
+
   /** The model of the view, as the server describes it. */
   get model() {
     return this.models.find((item) => item.name === this.view.model);
@@ -133,6 +138,7 @@ export class Session {
 
   /** Show the orbit at a place, and make it the working point. */
   choose(place) {
+    if (!this.#isAlong) return;
     this.#hovered = null;
     this.#followed = { branch: place.branch, y: place.y };
     const parameters = { ...this.view.parameters, [this.view.vary]: place.x };
@@ -141,6 +147,7 @@ export class Session {
 
   /** Show the orbit at a place for as long as the pointer is there; null ends it. */
   hover(place) {
+    if (!this.#isAlong) return;
     this.#hovered = place;
     this.#askOrbit(place ?? this.place);
   }
@@ -184,13 +191,16 @@ export class Session {
   #follow({ view, before, live }) {
     if (view.model !== before.model) {
       this.#followed = null;
-      this.#hovered = null;
       this.diagram = null;
-      this.place = null;
-      // Answers about the model before could not be drawn with the quantities of this one.
-      this.requests.cancel("diagram");
       this.#hasFailed = false;
       this.#askOrbit(null);
+    }
+    if (view.model !== before.model || view.vary !== before.vary) {
+      this.#hovered = null;
+      this.place = null;
+      // Answers about the model before, or along another parameter, could not be drawn with the quantities of this view.
+      this.requests.cancel("diagram");
+      this.requests.cancel("orbit");
     }
     if (view.at !== before.at) this.#followed = view.at;
     this.#followDiagram();
@@ -299,7 +309,7 @@ export class Session {
   }
 
   #choosePlace() {
-    if (!this.diagram || this.#hasFailed) return;
+    if (!this.#isAlong || this.#hasFailed) return;
     const { view } = this;
     const value = view.parameters[view.vary];
     const place = chosenPlace(crossings(this.diagram, value), this.#followed ?? view.at);

@@ -105,6 +105,7 @@ export class Simulation {
   clear() {
     if (this.state.view === null) return;
     this.#session.forget("simulation");
+    this.#forgetViews();
     this.state = nothing();
     this.changed.announce(this.state);
   }
@@ -130,7 +131,13 @@ export class Simulation {
     this.#ask(view, how);
   }
 
+  /** What is asked about a motion ends with it. */
+  #forgetViews() {
+    for (const kind of ["motion", "sound"]) this.#session.forget(kind);
+  }
+
   #ask(view, how) {
+    this.#forgetViews();
     this.#become({ isRunning: true, far: "", longer: null });
     this.request = simulationRequest(view, how);
     this.#session.ask(this.request, (answer) => this.#take(answer), () => this.#ask(view, how));

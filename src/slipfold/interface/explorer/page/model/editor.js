@@ -246,10 +246,16 @@ export class ModelEditor {
   /** Read the file of the model again, and make what it holds now the model. */
   async #readAgain() {
     const before = this.#text.dataset.given;
-    const { text } = await this.#ask(this.#session.model);
-    this.#text.value = text;
+    try {
+      const { text } = await this.#ask(this.#session.model);
+      this.#text.value = text;
+    } catch (error) {
+      this.#showState("");
+      this.#accuse(error.message); // its line is one of the file, not of the text that is shown
+      return;
+    }
     this.#changed();
-    if (text === before && !this.#session.model.files) this.#showState("The file has not changed.");
+    if (this.#text.value === before && !this.#session.model.files) this.#showState("The file has not changed.");
     else await this.apply();
   }
 
