@@ -112,14 +112,17 @@ function drawSpectrum(plot, { motion, across, scale }) {
   }
   const largest = Math.max(...values.slice(1), 1e-300);
   const { level, label } = leveled(scale, across, largest);
-  const kept = values.map((_, i) => i).filter((i) => values[i] > largest * 10 ** -DECADES);
-  const [x, y] = [kept.map((i) => frequency[i]), kept.map((i) => level(values[i]))];
+  const floor = largest * 10 ** -DECADES;
+  const all = values.map((_, i) => i);
+  const high = all.filter((i) => values[i] > floor);
+  // Lines of a motion that does not repeat are as close as a curve, which runs along the floor between them.
+  const isCurve = motion.frequency === null;
+  const kept = isCurve ? all.slice(high[0], high.at(-1) + 1) : high;
+  const [x, y] = [kept.map((i) => frequency[i]), kept.map((i) => level(Math.max(values[i], floor)))];
   const marked = linesOf(motion);
   const top = 1.04 * Math.max(x.at(-1) ?? 0, 1.2 * (marked.at(-1)?.at ?? 0)) || 1;
-  const ends = [level(largest * 10 ** -DECADES), level(largest * 2)];
+  const ends = [level(floor), level(largest * 2)];
   const isLog = scale === "unit";
-  // Lines of a motion that does not repeat are as close as a curve.
-  const isCurve = motion.frequency === null;
   plot.draw({
     x: { label: "frequency (Hz)", range: [-0.01 * top, top] },
     y: { label, isLog, range: isLog ? ends.map(Math.log10) : ends },
