@@ -104,3 +104,20 @@ def test_slow_decays_are_no_family():
     assert (np.abs(branch.multipliers[-1] - 1) < 1e-6).sum() == 2
     assert "runs away" in branch.stopped.reason  # where x grows beyond all bounds
     assert branch.stopped.values[0] < 1.01
+
+
+def test_a_slow_temperature_may_start_anywhere():
+    # The damper's heat softens the spring. T, of 20 to 80, changes by less than 0.01 in a period.
+    found = []
+    for start in (20, 19.999, 0):
+        states = {
+            "x": "v",
+            "v": "-0.1*v - x*(1 - 0.01*(T - 20)) - 0.1*x^3 + 0.3*cos(2*pi*f*t)",
+            "T": {"rate": "1e-5*(100*v^2 - (T - 20))", "start": start},
+        }
+        system = sf.System(parameters={"f": 0.3}, states=states, forcing={"period": "1/f"})
+        branch = sf.response(system, vary="f", span=(0.3, 0.1)).branches[0]
+        assert branch.stopped.kind == "span"
+        found.append([(item.type, item.value) for item in branch.special])
+    assert [kind for kind, _ in found[0]] == ["NS"]
+    assert found[1:] == [[("NS", pytest.approx(found[0][0][1], abs=1e-8))]] * 2

@@ -50,6 +50,9 @@ class ScaleSettings:
 
 SCALES = ScaleSettings()
 
+TRIAL = np.linspace(0.0, SCALES.periods, SCALES.periods * SCALES.samples + 1)
+"""Phases of a trial trajectory."""
+
 
 def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     """Return the scales of states that balance a system's matrix, shape (n,).
@@ -223,8 +226,12 @@ def measured(
     flow = _differentiable(model, start)
     looks = [_View(item, flow, start) for item in (model, *also)]
     sizes = np.full(len(model.states), np.nan)
-    for look in looks[: 1 if motion is not None else None]:
+    looks_at = looks[: 1 if motion is not None else None]
+    for look in looks_at:
         sizes = np.fmax(sizes, look.moved(motion))
+    if (lags := looks[0].lags).any():
+        means = np.array([look.mean for look in looks_at])
+        sizes = np.where(lags, np.maximum(sizes, np.ptp(means, axis=0)), sizes)
     if np.isnan(sizes).any():
         sizes = np.where(np.isnan(sizes), _typical([look.bent for look in looks]), sizes)
     if np.isnan(sizes).any():
@@ -338,13 +345,24 @@ class _View:
 
     @cached_property
     def lags(self) -> NDArray[np.bool_]:
-        """Whether each state decays so slowly that it stays near its mean, as a temperature does.
+        """Whether each state decays by itself, and slowly under forcing, as a temperature does.
 
-        Then the mean, which varies along a branch, is larger than the motion about it.
+        Its mean, which varies along a branch, is larger than the motion about it.
         """
         own = np.diag(self.slopes)
         mutual = np.sqrt(self.slopes * self.slopes.T) * ~np.eye(len(own), dtype=bool)
-        return (own > 0) & (own * SCALES.periods < 1) & (mutual.max(axis=1) <= own)
+        slow = self.model.forced & (own > 0) & (own * SCALES.periods < 1)
+        return np.asarray(slow & (mutual.max(axis=1) <= own))
+
+    @cached_property
+    def mean(self) -> Array:
+        """State of rest; of states that lag, where the mean of their rates in motion vanishes."""
+        if self.slow is not None or not (self.lags.any() and _largest(self.expected) > 0):
+            return self.rest
+        half = len(self.motion) // 2  # the motion begins in the other one
+        rates = self.flow.rates(self.motion[half:], TRIAL[1 + half :], self.constants)
+        away = rates.mean(axis=0) / np.where(self.lags, np.diag(self.slopes), np.inf)
+        return self.rest + np.where(np.isfinite(away), away, 0.0)
 
     def moved(self, trajectory: Array | None) -> Array:
         """Return the scales that a trajectory shows."""
@@ -353,15 +371,15 @@ class _View:
         else:
             reached = np.ptp(trajectory, axis=0) / 2
         largest = self._in_group(reached / self.ratios)
-        away = np.abs(self.rest - self.start)
-        resting = np.where(self.lags, 0.0, np.maximum(away, np.abs(self.rest)) / self.ratios)
-        still = self._in_group(resting)
+        resting = np.maximum(np.abs(self.rest - self.start), np.abs(self.rest)) / self.ratios
+        still = self._in_group(np.where(self.lags, 0.0, resting))
         # States that move little now may dominate where others reach the nonlinear range.
         far = _largest(largest * self.ratios / self.bent)
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
         # A slow forcing moves displacements only; the velocities belong to faster vibrations.
         sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
-        sizes = np.where(self.lags, np.maximum(sizes, away), sizes)
+        for away in (self.mean - self.start, self.mean - self.rest):
+            sizes = np.where(self.lags, np.maximum(sizes, np.abs(away)), sizes)
         moving = reached > SCALES.unmoved * self.alike(reached)
         moves = self._in_group(moving.astype(float)) > 0
         return np.where((largest > SCALES.rounding * still) & moves, sizes, np.nan)
@@ -450,28 +468,38 @@ class _View:
         """Return the largest value in each group of coupled states."""
         return largest_in(self.groups, np.nan_to_num(values))
 
-    def _reached(self) -> Array:
-        """Return amplitudes of the trajectory from rest, the median over forcing periods."""
+    @cached_property
+    def expected(self) -> Array:
+        """Amplitudes that the rates at rest suggest, all zero where nothing forces the states."""
         rates = self._around(self.rest)[0]
         pushed = self._in_group(np.ptp(rates, axis=0) / self.ratios)
         if not _largest(pushed) > 0:
             return pushed
         sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
-        sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
+        return np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
+
+    @cached_property
+    def motion(self) -> Array:
+        """States of a trajectory from rest at the later phases of the trial, NaN beyond its end."""
+        constants = self.flow.constants(self.model.vector, power_of_two(self.expected))
+        return self._trial(constants, TRIAL)[1:]
+
+    def _reached(self) -> Array:
+        """Return amplitudes of the trajectory from rest, the median over forcing periods."""
+        if not _largest(self.expected) > 0:
+            return self.expected
         if self.slow is not None:  # a trajectory would take very many steps
             nodes = linear_response(
                 self.flow, self.constants, self.ratios, SCALES.samples, self.start
             )
             return np.asarray(np.ptp(nodes, axis=0) / 2)
-        constants = self.flow.constants(self.model.vector, power_of_two(sizes))
-        grid = np.linspace(0.0, SCALES.periods, SCALES.periods * SCALES.samples + 1)
-        states = self._trial(constants, grid)[1:]
+        states = self.motion
         reached = np.ptp(states.reshape(SCALES.periods, SCALES.samples, -1), axis=1) / 2
         whole = reached[np.isfinite(reached).all(axis=1)]
         if len(whole):
             return np.asarray(np.median(whole, axis=0))
         part = states[np.isfinite(states).all(axis=1)]
-        return np.ptp(part, axis=0) / 2 if len(part) > 1 else sizes
+        return np.ptp(part, axis=0) / 2 if len(part) > 1 else self.expected
 
     def _trial(self, constants: Constants, grid: Array) -> Array:
         """Return the states of a trajectory from rest at the phases of a grid, NaN beyond its end.
