@@ -220,13 +220,15 @@ class StateFunction:
     def __init__(
         self,
         key: str,
-        expressions: Callable[[], Iterable[Any]],
+        expressions: Sequence[Any],
         equations: Equations,
         more: Sequence[Any] = (),
+        derived: Callable[[], Iterable[Any]] | None = None,  # what is compiled in their place
     ) -> None:
         inputs = [*equations.states, *more, equations.phase, *equations.coefficients]
         self._function: Any = cached(
-            f"{key}\n{equations.fingerprint()}", lambda: compiled_function(expressions(), inputs)
+            f"{key}\n{equations.fingerprint(expressions)}",
+            lambda: compiled_function(derived() if derived else expressions, inputs),
         )
         self._own = threading.local()
 
@@ -255,13 +257,12 @@ class Slopes:
     def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
         inputs = [*equations.states, equations.phase, *equations.coefficients]
         self._shape, self._states = (len(functions), len(inputs)), equations.dimension
-        key = f"{[str(item) for item in functions]}"
-        self._values = StateFunction(f"values {key}", lambda: functions, equations)
+        self._values = StateFunction("values", functions, equations)
 
         def slopes() -> Iterable[Expression]:
             return hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel()
 
-        self._slopes = StateFunction(f"slopes {key}", slopes, equations)
+        self._slopes = StateFunction("slopes", functions, equations, derived=slopes)
 
     def values(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""

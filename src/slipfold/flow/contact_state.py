@@ -53,8 +53,7 @@ class ContactQuantities:
         self._parts = [slice(*pair) for pair in pairwise(borders.tolist())]
         self._components = m
         expressions = _expressions(contacts, equations)
-        key = f"contacts {[str(item) for item in expressions]}"
-        self._function = StateFunction(key, lambda: expressions, equations)
+        self._function = StateFunction("contacts", expressions, equations)
 
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""

@@ -206,7 +206,7 @@ def _evaluated(kind: Kind, mode: Mode) -> StateFunction:
     ):
         own = [*contact.slip, *friction, normal, *contact.plate, *_displacement(model, contact)]
         expressions += [hy.expression(0.0) + item for item in own]
-    return StateFunction(f"contact motion {mode}", lambda: expressions, result.equations)
+    return StateFunction("contact motion", expressions, result.equations)
 
 
 def _displacement(model: Model, contact: Contact) -> list[Expression]:

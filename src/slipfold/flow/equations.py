@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -61,8 +61,8 @@ class Equations:
         """Number of states."""
         return len(self.states)
 
-    def fingerprint(self) -> str:
-        """Text that differs whenever the equations differ; the compiled flow is cached by it."""
+    def fingerprint(self, more: Iterable[Expression] = ()) -> str:
+        """Text that differs whenever these or `more` expressions do: a key of compiled code."""
         parts = [
             self.names,
             self.states,
@@ -72,6 +72,7 @@ class Equations:
             self.phase,
             self.rates,
             self.outputs,
+            list(more),
         ]
         # Pickled, because heyoka prints no more than the first 1000 characters of an expression.
         return hashlib.sha256(pickle.dumps(parts)).hexdigest()

@@ -73,11 +73,11 @@ class CompiledMode:
         )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
         self.flow = flow_of_rates(equations) if mode.slow is None else Flow(equations)
-        self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
             result = [*mode.held.values(), *_held_alone(mode)]
-            self._holding = StateFunction(f"held {self._key}", lambda: result, equations, slow)
+            key = f"held {mode.mode} {list(mode.held)}"
+            self._holding = StateFunction(key, result, equations, slow)
 
     def hold(
         self, state: Array, phase: float, constants: Constants, polar: Sequence[float] = ()
@@ -148,13 +148,18 @@ class CompiledMode:
             for powers in _powers(self._mode, ones, ones)
             for power in powers
         ]
-        return StateFunction(f"powers {self._key}", lambda: result, equations)
+        return StateFunction("powers", result, equations)
 
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]
         made = f"tol={TOLERANCE!r} {CONTACT} {VERSION}"
-        return cached(f"switched {made} limits={bounds!r}\n{self._key}", self._build)
+        mode = self._mode
+        # A contact's limit, and the speed of its surface, may be numbers that no rate contains.
+        more = [event.expression for event in self.events] + [*(mode.slow or ())]
+        more += [part for item in mode.contacts for part in (*item.slip, *item.plate)]
+        key = f"{mode.equations.fingerprint(more)} {mode.mode} {self.held}"
+        return cached(f"switched {made} limits={bounds!r}\n{key}", self._build)
 
     def _build(self) -> Any:
         mode, equations = self._mode, self._mode.equations
