@@ -53,17 +53,12 @@ def test_the_counter_body_may_be_the_one_that_friction_drives():
 
 def test_a_plane_with_a_pulsating_force():
     law = sf.Coulomb(mu_s=0.6, mu_k=0.5)
+    slip = ["Vd*cos(alpha) - vx", "Vd*sin(alpha) - vy"]
     model = sf.System(
         parameters={"Vd": 0.3, "alpha": 0.7, "Nd": 0.4, "f": 0.15},
         formulas={"N": "1 + Nd*cos(2*pi*f*t)"},
         states={"x": "vx", "y": "vy", "vx": "Fx - 3*x + y", "vy": "(Fy - 2*y + x)/2"},
-        contacts={
-            "F": {
-                "slip": ["Vd*cos(alpha) - vx", "Vd*sin(alpha) - vy"],
-                "normal": "N",
-                "friction": law,
-            }
-        },
+        contacts={"F": {"slip": slip, "normal": "N", "friction": law}},
         forcing={"period": "1/f"},
     )
     contact = sf.FrictionContact(
@@ -125,7 +120,9 @@ def test_a_chain_on_a_belt_is_an_array():
 def test_a_wall_takes_what_energy_there_is():
     wall = sf.System(
         states={"x": "v", "v": "F - x"},
-        contacts={"F": {"slip": "-v", "normal": "1", "friction": sf.Coulomb(mu_s=0.2, mu_k=0.2)}},
+        contacts={
+            "F": {"slip": "-v", "normal": "1", "friction": {"law": "Coulomb", "mu_k": "0.2"}}
+        },
     )
     motion = sf.simulate(wall, state={"x": 3.1})
     # Every half round takes 2 mu N off the amplitude.
@@ -216,3 +213,13 @@ def test_orbits_are_not_followed_on_a_wall():
     ):
         with pytest.raises(sf.InputError, match="the moving surface of the contact F is at rest"):
             sf.response(model, "mu", (0.1, 0.2))
+
+
+def test_numbers_in_a_law_are_part_of_the_key_of_compiled_code(tmp_path, monkeypatch):
+    monkeypatch.setenv("SLIPFOLD_CACHE_DIR", str(tmp_path))
+    # It slips for pi + 2 arctan(Vd/rise) and sticks for 2 rise/Vd, with rise = mu_s - mu_k.
+    for mu_s in (0.6, 0.5):
+        belt = sf.System.from_toml(BELT.replace("1.5*mu", str(mu_s)).replace('"mu"', "0.4"))
+        ratio = (mu_s - 0.4) / 0.3
+        stuck = 2 * ratio / (2 * ratio + math.pi + 2 * math.atan(1 / ratio))
+        assert sf.simulate(belt).stuck_fraction == pytest.approx(stuck, rel=1e-9)

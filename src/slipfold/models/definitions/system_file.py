@@ -255,6 +255,11 @@ def _law(given: Any) -> LawFormulas:
     law = laws[name]
     read = validate(_law_table(law).model_validate, table)
     values = {item.name: getattr(read, item.name) for item in declared(law)}
+    # Coefficients that are equal if only one is given, as in `Coulomb`, have no value by default.
+    fields = dataclasses.fields(law)
+    alike = [item.name for item in fields if item.name in values and item.default is None]
+    given = [values[name] for name in alike if name in table]
+    values |= {name: given[0] for name in alike if given and name not in table}
     own = [item.name for item in dataclasses.fields(law)]
     made = law(**{key: table[key] for key in own if key in table and key not in values})
     return LawFormulas(made, values)
