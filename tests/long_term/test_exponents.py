@@ -151,6 +151,7 @@ UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
         ([1e-3, -0.2], 1e-3, None, "undecided"),
         ([-0.1, -0.2], 1e-8, None, "periodic"),
         ([1e-9, -0.2, -0.3], 1e-8, 0.5, "periodic"),
+        ([1e-9, -1e-9], 1e-8, 0.5, "periodic"),  # no torus lies in the plane
         ([1e-9, -1e-9, -0.3], 1e-8, 0.5, "torus"),
         ([-0.1, -0.2, -0.3], 1e-8, 0.5, "equilibrium"),
         ([0.1, 1e-7, -0.3], 1e-5, 0.5, "chaos"),
@@ -158,16 +159,31 @@ UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
 )
 def test_classes_follow_from_exponents(exponents, error, seconds, kind):
     errors = np.full(len(exponents), error)
-    assert classify(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
+    found = classify(np.array(exponents), errors, UNSETTLED, seconds, np.zeros_like(errors))
+    assert found.kind == kind
 
 
-@pytest.mark.parametrize("seconds", [None, 0.5])
-def test_without_damping_exponents_count_no_frequencies(seconds):
-    # Hoover, Physical Review A 31 (1985) 1695: a thermostat of three states, on tori of two.
-    found = classify(np.zeros(3), np.full(3, 1e-8), UNSETTLED, seconds)
-    assert found.kind == "torus"
-    assert "of 3 frequencies" not in found.message
-    assert "nothing damps" in found.message
+FREE = {"x": {"rate": "y", "start": 1.0}, "y": "-x", "a": {"rate": "1.618 + 0.1*x", "angle": True}}
+TWO = ("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(a-b)")
+THREE = ("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(c-b)", "2.9 + 0.1*sin(a-c)")
+
+
+def angles(rates):
+    return {name: {"rate": r, "angle": True} for name, r in zip("abc", rates, strict=False)}
+
+
+@pytest.mark.parametrize(
+    ("states", "number"),
+    [
+        pytest.param(FREE, "2", id="two, and an amplitude that nothing damps"),
+        pytest.param(FREE | {"w": "x - 2*w"}, "at most 3", id="the same, and a state that decays"),
+        pytest.param(angles(TWO), "2", id="two angles"),
+        pytest.param(angles(THREE), "at most 3", id="three angles"),
+    ],
+)
+def test_zero_exponents_and_dimensions_limit_the_number_of_frequencies(states, number):
+    found = sf.lyapunov(sf.System(states=states), periods=4000).classification
+    assert found.message == f"quasi-periodic, on a torus of {number} frequencies"
 
 
 @pytest.mark.parametrize("periods", [400, 1600])

@@ -247,12 +247,16 @@ class Classification:
 
 
 def classify(
-    exponents: Array, errors: Array, settlement: Settlement, seconds: float | None
+    exponents: Array,
+    errors: Array,
+    settlement: Settlement,
+    seconds: float | None,
+    angle_periods: Array,
 ) -> Classification:
     """Classify a trajectory by exponents per period, in descending order, and by convergence.
 
     `seconds` is the length of an interval of an autonomous model, whose exponent along the
-    trajectory is zero. Shapes: exponents, errors (n,).
+    trajectory is zero. Shapes: exponents, errors, angle_periods (n,).
     """
     if settlement.settled:
         return _settled(settlement, exponents[0] > EXPONENTS.sure * errors[0] + EXPONENTS.rounding)
@@ -269,17 +273,19 @@ def classify(
             f"undecided: exponent {doubtful + 1}, {exponents[doubtful]:.2g} a period, is known to "
             f"{errors[doubtful]:.0e} only; give more periods",
         )
-    free = int(zero.sum()) - (seconds is not None)
-    if free < 0:
+    # Perturbations along a torus neither grow nor decay; others may not either. A torus has fewer
+    # dimensions than the states, unless all of these are angles (invariance of domain).
+    phase = seconds is None  # of the forcing: a frequency without an exponent
+    room = len(exponents) - (not angle_periods.all())
+    highest = min(int(zero.sum()), room) + phase
+    if highest == 0:
         return Classification("equilibrium", "it approaches an equilibrium")
-    if free == 0 or (len(exponents) == 2 and seconds is not None):
+    if highest == 1:
         return Classification(
             "periodic", "periodic: nearby trajectories do not diverge; more periods show its period"
         )
-    where = f"on a torus of {free + 1} frequencies"
-    if zero.all():  # without damping each frequency has two: beside a torus others have another one
-        where = "on a torus that nothing damps: how many frequencies it has, exponents do not tell"
-    return Classification("torus", f"quasi-periodic, {where}")
+    number = "2" if highest == 2 else f"at most {highest}"
+    return Classification("torus", f"quasi-periodic, on a torus of {number} frequencies")
 
 
 def _settled(settlement: Settlement, grows: bool) -> Classification:
@@ -521,9 +527,8 @@ def follow_exponents(
 def _classification(growth: Growth, last: ExponentEstimate) -> Classification:
     model = growth.model
     seconds = None if model.forced else model.values[DURATION.name]
-    return classify(
-        last.exponents, last.errors, growth.integration.settlement(EXPONENTS.converged), seconds
-    )
+    settlement = growth.integration.settlement(EXPONENTS.converged)
+    return classify(last.exponents, last.errors, settlement, seconds, model.angle_periods)
 
 
 def _ends(maximum: int) -> list[int]:
