@@ -156,10 +156,11 @@ def transition(jacobian: Array) -> Array:
     return np.asarray(expm(jacobian), dtype=float)
 
 
-def unit_of_time(jacobian: Array) -> float:
+def unit_of_time(jacobian: Array, pushed: float = 0.0) -> float:
     """Return a time over which the multipliers of an equilibrium are well separated, in s.
 
-    Shapes: jacobian (n, n).
+    At a fold all rates may vanish: there it is set by `pushed`, the rate, in scales of the states,
+    at which the change of a parameter moves it. Shapes: jacobian (n, n).
     """
     if not np.isfinite(jacobian).all():
         return 1.0
@@ -167,7 +168,7 @@ def unit_of_time(jacobian: Array) -> float:
     rate = max(_turning(values), float(values.real.max()), float(np.sort(np.abs(values))[0]))
     straight = np.abs(values.imag) <= UNIT.vibrates * np.abs(values).max()
     decay = float(np.abs(values[straight]).max(initial=0.0))
-    rate = max(rate, min(decay, rate / UNIT.slowest))
+    rate = max(rate, min(decay, rate / UNIT.slowest), UNIT.slowest * pushed)
     return UNIT.angle / rate if rate > 0 and math.isfinite(rate) else 1.0
 
 

@@ -210,8 +210,11 @@ def equilibrium_start(
             + (model.advice or "give a start nearer to one, or start the span elsewhere")
         )
     jacobian = evaluation_of(model).jacobian(model, state)
-    paced = model.replace(duration=unit_of_time(jacobian))
-    orbits = Equilibria(paced, {vary: abs(last - first)})
+    width = {vary: abs(last - first)}
+    unpaced = Equilibria(model, width)
+    z = unpaced.pack(state[None], first)
+    pushed = np.abs(unpaced.linearize(z).jacobian[:, -1]).max() / unpaced.unit(z)
+    orbits = Equilibria(model.replace(duration=unit_of_time(jacobian, pushed)), width)
     row = hold_parameter(orbits.size) * np.sign(last - first)
     correction = correct(orbits, orbits.pack(state[None], first), row)
     if not correction.converged:
