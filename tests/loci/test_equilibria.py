@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 
 import slipfold as sf
-from slipfold.bifurcations.loci import fan
+from slipfold.bifurcations.loci import fan, follow
 from slipfold.models.registry import model_named
 
 BOGDANOV_TAKENS = sf.System(
@@ -241,13 +241,18 @@ def test_all_equilibria_that_motions_settle_on_are_followed():
     assert found.missing == ()
 
 
-def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed():
+@pytest.mark.parametrize("place", [2, 40])  # where the middle of the window is at the fold
+def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed(place, monkeypatch):
     # Motions from x = 0 stay there, and so do equilibria across the window.
-    model = sf.System(parameters={"a": 0, "b": 0}, states={"x": "-x*((x - 2)^2 + b^2 - a)"})
-    found = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-0.8, 0.8)), regions=False)
-    (fold,) = found.loci
+    rates = {"x": f"-x*((x - {place})^2 + b^2 - a)"}
+    given = sf.System(parameters={"a": 0, "b": 0}, states=rates), ("a", "b"), ((-1, 1), (-0.8, 0.8))
+    (fold,) = sf.bifurcation_set(*given, regions=False).loci
     assert fold.type == "LP"
     assert fold.values[:, 0] == pytest.approx(fold.values[:, 1] ** 2, abs=1e-12)
+    assert fold.values[[0, -1], 1] == pytest.approx([-0.8, 0.8])
+    monkeypatch.setattr(follow._Loci, "start", lambda *given: sf.InputError("no locus"))
+    found = sf.bifurcation_set(*given, regions=False)
+    assert (found.loci, set(found.missing)) == ((), {"no locus"})
 
 
 def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):

@@ -236,7 +236,7 @@ def follow_found(
         try:
             curve, z = work.taken_up(point)
         except InputError as error:
-            if not sticks:
+            if not through_stick:
                 raise
             remarks.append(_without_locus(point, vary, error))
             continue
@@ -259,7 +259,9 @@ def follow_found(
     if work is None:
         return ()
     if refusals and not work.curves:  # one point among many may be known too badly to start from
-        raise refusals[0]
+        if not through_stick:
+            raise refusals[0]
+        remarks += map(str, refusals)  # a set without them is a result
     return as_loci(work.curves, work.leads, work.report_described)
 
 
