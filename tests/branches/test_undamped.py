@@ -74,9 +74,13 @@ def test_rounding_of_a_test_function_that_is_zero_shortens_no_step():
 
 
 @pytest.mark.parametrize("first", [0, -1])
-def test_a_line_of_equilibria_also_on_the_end_of_the_span_is_a_family(first):
-    system = sf.System(parameters={"T": 0.0}, states={"x": "y", "y": "-T*x - (1 + x^2)*y"})
-    *_, line = sf.response(system, vary="T", span=(first, 2)).branches
+def test_a_line_of_equilibria_also_on_the_end_of_the_span_is_a_family(first, tmp_path):
+    states = {"x": "y", "y": "-T*x - (1 + x^2)*y"}
+    system = sf.System(parameters={"T": {"value": 0.0, "min": first}}, states=states)
+    diagram = sf.response(system, vary="T", span=(first, 2))
+    *_, line = diagram.branches
+    diagram.save(tmp_path / "line.nc")
+    assert line.parameter.min() >= first
     assert [item.type for item in line.special] == ["BP"]
     assert line.stopped.kind == "family"
     assert "equilibria have the same T = 0" in line.stopped.reason

@@ -66,7 +66,7 @@ def follow(
     `monitors` may be a function of the curve, whose description may change on the way. `otherwise`
     may return another curve with which an ended one continues, and its first point.
     """
-    settings, endings = settings or Stepping(), endings or Endings()
+    settings, endings, within = settings or Stepping(), endings or Endings(), None
     traced = TracedCurve(curve, [start], departs)
     try:
         given = first_step() if callable(first_step) else first_step
@@ -83,8 +83,8 @@ def follow(
                 traced.end = None
                 step = STEP.emanating if departs and len(traced.points) == 1 else STEP.first
     except KeyboardInterrupt:
-        traced.end = endings.interrupted(traced)
-        return traced
+        traced.end, monitors = endings.interrupted(traced), ()
+    _put_back(traced, bounds, within or bounds)
     extremum = unexplained_reversal(traced) if monitors else None
     if extremum is not None:
         traced.end = endings.contradicted(traced, extremum)
@@ -196,6 +196,20 @@ def _bounds_ahead(
         out = 2 * STEP.edge if abs(ahead[i]) <= STEP.edge else 0.0
         within.append((i, low - below * out, high + above * out))
     return within
+
+
+def _put_back(traced: TracedCurve[P], bounds: Sequence[Bound], within: Sequence[Bound]) -> None:
+    """Put points beyond a bound that was moved out back on it: the model may end there as well."""
+
+    def inside(point: P) -> P:
+        z = point.z.copy()
+        for (i, low, high), (_, least, most) in zip(bounds, within, strict=True):
+            if least <= z[i] <= most:
+                z[i] = np.clip(z[i], low, high)
+        return point if (z == point.z).all() else replace(point, z=z)
+
+    traced.points = [inside(point) for point in traced.points]
+    traced.found = [replace(item, point=inside(item.point)) for item in traced.found]
 
 
 def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
