@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
+from slipfold.continuation.newton import NEWTON
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut, Discretization
@@ -22,7 +23,9 @@ from slipfold.orbits.test_functions import Degeneracy
 class VectorField(Discretization):
     """The rates of one state, per unit of time in scaled states, and their derivatives."""
 
-    noise = 1e-8
+    noise = 100 * NEWTON.still
+    """What derivatives that are those near a solution make of test functions."""
+
     remainder = 1e-12
     """Nothing is integrated, and so errors are those of rounding."""
 
