@@ -208,7 +208,10 @@ def _put_back(traced: TracedCurve[P], bounds: Sequence[Bound], within: Sequence[
                 z[i] = np.clip(z[i], low, high)
         return point if (z == point.z).all() else replace(point, z=z)
 
+    last = traced.points[-1]
     traced.points = [inside(point) for point in traced.points]
+    if traced.end is not None and traced.points[-1] is not last:
+        traced.end = replace(traced.end, values=traced.curve.place(traced.points[-1].z))
     traced.found = [replace(item, point=inside(item.point)) for item in traced.found]
 
 
