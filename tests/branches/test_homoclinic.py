@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 import slipfold as sf
+
+UNDOUBLED = sf.Settings(largest_period=1)
 
 SLOPE = -0.1
 """The normal form of Bogdanov and Takens at b = SLOPE has a Hopf point at p = 0."""
@@ -52,8 +54,7 @@ def homoclinic_value(sign):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_cycles_arrive_at_the_homoclinic_orbit(sign):
     model = bogdanov_takens(sign)
-    settings = sf.Settings(largest_period=1)
-    cycles = sf.response(model, vary="p", span=(0.0005, -0.003), settings=settings).branches[1]
+    cycles = sf.response(model, vary="p", span=(0.0005, -0.003), settings=UNDOUBLED).branches[1]
     assert cycles.stopped.kind == "homoclinic"
     assert "homoclinic" in cycles.stopped.reason
     assert cycles.special == ()
@@ -101,10 +102,9 @@ def test_lorenz_cycles_end_where_they_are_homoclinic():
             "z": {"rate": "x*y - beta*z", "scale": 10, "start": 19},
         },
     )
-    settings = sf.Settings(largest_period=1)
-    cycles = sf.response(lorenz, vary="rho", span=(20, 26), settings=settings).branches[1]
+    cycles = sf.response(lorenz, vary="rho", span=(20, 26), settings=UNDOUBLED).branches[1]
     assert cycles.stopped.kind == "span"
-    cycles = sf.response(lorenz, vary="rho", span=(10, 26), settings=settings).branches[1]
+    cycles = sf.response(lorenz, vary="rho", span=(10, 26), settings=UNDOUBLED).branches[1]
     assert "nears a homoclinic orbit" in cycles.stopped.reason
     assert cycles.stopped.value == pytest.approx(13.926557, abs=1e-3)
     assert cycles.special == ()
@@ -113,9 +113,8 @@ def test_lorenz_cycles_end_where_they_are_homoclinic():
 
 def test_cycles_that_cannot_be_followed_any_nearer_say_where_they_lead():
     # Lorenz: homoclinic orbit at rho = 13.926557 (Sparrow 1982).
-    settings = sf.Settings(largest_period=1)
     lorenz = sf.built_in_models()["lorenz"]()
-    diagram = sf.response(lorenz, vary="rho", span=(0.5, 26), settings=settings)
+    diagram = sf.response(lorenz, vary="rho", span=(0.5, 26), settings=UNDOUBLED)
     ends = [branch.stopped for branch in diagram.branches if branch.kind == "periodic"]
     assert [end.kind for end in ends] == ["homoclinic"] * 2
     assert not diagram.failed
@@ -154,8 +153,7 @@ def assert_each_turn_is_a_fold(branch):
 
 
 def test_every_turn_of_a_branch_that_snakes_is_a_fold():
-    settings = sf.Settings(largest_period=1)
-    diagram = sf.response(sf.System(CHUA), vary="alpha", span=(6.5, 16), settings=settings)
+    diagram = sf.response(sf.System(CHUA), vary="alpha", span=(6.5, 16), settings=UNDOUBLED)
     cycles = diagram.branches[1]
     assert_each_turn_is_a_fold(cycles)
     turns = [item for item in cycles.special if item.type == "LP"]
@@ -179,8 +177,7 @@ def test_every_turn_of_a_branch_that_snakes_is_a_fold():
 def test_the_symmetric_branch_of_a_circuit_turns_nine_times():
     # AUTO-07p on its demo tor: LP at nu = -0.796906, where a branch point lies 5e-4 away.
     circuit = sf.built_in_models()["freire"]()
-    settings = sf.Settings(largest_period=1)
-    diagram = sf.response(circuit, vary="n", span=(-0.9, -0.55), settings=settings)
+    diagram = sf.response(circuit, vary="n", span=(-0.9, -0.55), settings=UNDOUBLED)
     cycles = diagram.branches[1]
     assert_each_turn_is_a_fold(cycles)
     folds = [item.value for item in cycles.special if item.type == "LP"]
@@ -204,8 +201,7 @@ def bursts(r):
 @pytest.mark.long
 def test_a_slow_homoclinic_orbit_ends_a_branch_whose_steps_become_short():
     # Multipliers come to 1e61, and two thousand points passed while I changed by 1e-9.
-    settings = sf.Settings(largest_period=1)
-    cycles = sf.response(bursts(0.006), vary="I", span=(0, 5), settings=settings).branches[1]
+    cycles = sf.response(bursts(0.006), vary="I", span=(0, 5), settings=UNDOUBLED).branches[1]
     assert cycles.stopped.kind == "homoclinic"
     assert cycles.stopped.value == pytest.approx(2.5892034, abs=1e-7)
     assert len(cycles) < 1500
@@ -214,14 +210,32 @@ def test_a_slow_homoclinic_orbit_ends_a_branch_whose_steps_become_short():
 @pytest.mark.long
 def test_a_branch_that_snakes_between_two_values_ends():
     # Three thousand points of it turn ever nearer to 5.258626162 and 5.285898737.
-    settings = sf.Settings(largest_period=1)
-    cycles = sf.response(bursts(0.01), vary="I", span=(5.2, 6), settings=settings).branches[1]
+    cycles = sf.response(bursts(0.01), vary="I", span=(5.2, 6), settings=UNDOUBLED).branches[1]
     assert_each_turn_is_a_fold(cycles)
     assert cycles.stopped.kind == "homoclinic"
     folds = [item for item in cycles.special if item.type == "LP"][-6:]
-    values = sorted(item.value for item in folds)
-    assert values == pytest.approx(3 * [5.258626162] + 3 * [5.285898737], abs=1e-4)
-    # Each turn goes once more round one cycle.
-    longer = np.diff([item.duration for item in folds[1::2]])
-    assert longer[1] == pytest.approx(longer[0], rel=0.01)
-    assert f"about {longer[1]:.4g} s" in cycles.stopped.reason
+    for turns, limit in ((folds[::2], 5.285898737), (folds[1::2], 5.258626162)):
+        last, (one, other) = turns[-1].value, np.diff([item.value for item in turns])
+        assert last + other**2 / (one - other) == pytest.approx(limit, abs=1e-8)  # Aitken
+        # Each turn goes once more round a saddle cycle.
+        added = np.diff([item.duration for item in turns])
+        assert added[1] == pytest.approx(duration_of_saddle_cycle(limit), abs=np.ptp(added))
+        assert f"{last:.7g}, " in cycles.stopped.reason
+        assert f"by about {added[1]:.4g} s, " in cycles.stopped.reason
+
+
+def duration_of_saddle_cycle(value):
+    """Return that of a cycle of `bursts(0.01)`, by SciPy."""
+
+    def rates(_, q):
+        x, y, z = q
+        return [y - x**3 + 3 * x**2 - z + value, 1 - 5 * x**2 - y, 0.01 * (4 * (x + 1.6) - z)]
+
+    def missed(unknown):
+        start, time = [*unknown[:2], 6.12], unknown[2]
+        run = solve_ivp(rates, (0, time), start, "DOP853", rtol=1e-11, atol=1e-12)
+        return run.y[:, -1] - start
+
+    found = root(missed, [-0.285, 0.595, 14.7], tol=1e-10)
+    assert found.success
+    return found.x[2]

@@ -27,7 +27,7 @@ class HomoclinicRule:
     crawls: int = 100  # points within `arc`: only growth round the cycle makes steps so short
     arc: float = 0.2  # scaled arclength, of which other steps take a tenth each
     snakes: float = 1e-5  # distance of two folds, in spans, after which others are nearer still
-    alike: float = 1e-2  # relative difference of what two turns add to the duration
+    alike: float = 1e-2  # relative difference of what two turns at one value add to the duration
 
 
 RULE = HomoclinicRule()
@@ -69,12 +69,12 @@ class Homoclinic:
                 f"{orbits.vary} = {value:.7g}: the cycle nears a homoclinic orbit, about which the "
                 "branch turns without end"
             )
-        elif (longer := self._added(interval)) is not None:
+        elif (added := self._added(interval)) is not None:
             first, last = orbits.width * self._folds(interval, 2)[0]
             reason = (
-                f"the branch turns at {orbits.vary} = {first:.7g} and {last:.7g} again and again, "
-                f"each time longer by about {longer:.4g} s: it nears orbits homoclinic to a cycle "
-                "of that duration, and turns without end"
+                f"the branch turns again and again at {orbits.vary} = {first:.7g}, each time longer"
+                f" by about {added[0]:.4g} s, and at {last:.7g}, by about {added[1]:.4g} s, as it "
+                "does without end beside orbits homoclinic to a cycle"
             )
         elif growth > self._largest and (appear := _saddle_node(points)) is not None:
             reason = (
@@ -104,17 +104,17 @@ class Homoclinic:
         places, durations = self._folds(interval, 2)
         return bool(((np.diff(durations) > 0) & (np.abs(np.diff(places)) < RULE.snakes)).any())
 
-    def _added(self, interval: StepInterval[OrbitPoint]) -> float | None:
-        """Return what two turns add to the duration of a branch that snakes between two values.
+    def _added(self, interval: StepInterval[OrbitPoint]) -> Array | None:
+        """Return what each of the last two folds adds to the duration if two values take turns.
 
         Between two tangencies orbits are homoclinic to a saddle cycle (Kuznetsov, section 7.2), and
-        cycles near them go round it once more each time.
+        cycles near them go round it once more each time; it lasts longer at one of the two.
         """
         places, durations = self._folds(interval, 5)
-        longer = np.diff(durations[::2])
-        alike = len(places) == 5 and np.ptp(longer) < RULE.alike * longer.min()
+        added = durations[2:] - durations[:-2]
+        alike = len(places) == 5 and np.ptp(added[::2]) < RULE.alike * added.min()
         stays = (np.abs(places[2:] - places[:-2]) < RULE.snakes).all()
-        return float(longer[-1]) if alike and stays else None
+        return added[1:] if alike and stays else None
 
 
 def snakes_about(
