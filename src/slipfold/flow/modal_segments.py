@@ -293,7 +293,8 @@ def _swept(
         if length < close or (length < SWEEP.stalled and length > 0.5 * before):
             forces[..., : equations.moved] += np.real(times(slopes, step))
             motions = motions + step
-            rough = length > SWEEP.close < close
+            may_be_rough = close > SWEEP.close  # then a change that is not small may be the last
+            rough = may_be_rough and length > SWEEP.close
             if length > SWEEP.same and not rough:
                 slopes = equations.slopes(motions, phases, constants)
                 sweep = LinearizedSegments(intervals, slopes, count)

@@ -270,7 +270,8 @@ class OrbitBatch:
             missed = (np.abs(part.missed) * finer).max(axis=(1, 2))
             found.tangents[going], found.residuals[going] = tangents, missed
             found.monodromies[going] = condensed[:, :n, :n] + np.eye(n)
-            far = (missed > 0.1 * tolerance) | (count == 0 and self.steps is not None)
+            by_steps = count == 0 and self.steps is not None  # the flow has not met them yet
+            far = (missed > 0.1 * tolerance) | by_steps
             going = going[far]
             if not len(going):
                 break
