@@ -93,18 +93,11 @@ def test_shooting_and_collocation_agree_within_their_uncertainties(longest, coun
 
 def test_lorenz_cycles_end_where_they_are_homoclinic():
     # rho = 13.926557 (Sparrow 1982): the cycles that emanate at the Hopf point 24.74.
-    lorenz = sf.System(
-        name="lorenz",
-        parameters={"sigma": 10.0, "rho": 20.0, "beta": 8 / 3},
-        states={
-            "x": {"rate": "sigma*(y - x)", "scale": 10, "start": 7},
-            "y": {"rate": "x*(rho - z) - y", "scale": 10, "start": 7},
-            "z": {"rate": "x*y - beta*z", "scale": 10, "start": 19},
-        },
-    )
-    cycles = sf.response(lorenz, vary="rho", span=(20, 26), settings=UNDOUBLED).branches[1]
+    given = {"vary": "rho", "start": {"x": 7, "y": 7, "z": 19}, "settings": UNDOUBLED}
+    lorenz = sf.built_in_models()["lorenz"]()
+    cycles = sf.response(lorenz, span=(20, 26), **given).branches[1]
     assert cycles.stopped.kind == "span"
-    cycles = sf.response(lorenz, vary="rho", span=(10, 26), settings=UNDOUBLED).branches[1]
+    cycles = sf.response(lorenz, span=(10, 26), **given).branches[1]
     assert "nears a homoclinic orbit" in cycles.stopped.reason
     assert cycles.stopped.value == pytest.approx(13.926557, abs=1e-3)
     assert cycles.special == ()
