@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 import slipfold as sf
 from slipfold.flow.flow import flow_of
@@ -159,16 +160,14 @@ UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
 )
 def test_classes_follow_from_exponents(exponents, error, seconds, kind):
     errors = np.full(len(exponents), error)
-    found = classify(np.array(exponents), errors, UNSETTLED, seconds, np.zeros_like(errors))
-    assert found.kind == kind
+    assert classify(np.array(exponents), errors, UNSETTLED, seconds, 0 * errors).kind == kind
 
 
 FREE = {"x": {"rate": "y", "start": 1.0}, "y": "-x", "a": {"rate": "1.618 + 0.1*x", "angle": True}}
-TWO = ("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(a-b)")
 THREE = ("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(c-b)", "2.9 + 0.1*sin(a-c)")
 
 
-def angles(rates):
+def angles(*rates):
     return {name: {"rate": r, "angle": True} for name, r in zip("abc", rates, strict=False)}
 
 
@@ -177,13 +176,21 @@ def angles(rates):
     [
         pytest.param(FREE, "2", id="two, and an amplitude that nothing damps"),
         pytest.param(FREE | {"w": "x - 2*w"}, "at most 3", id="the same, and a state that decays"),
-        pytest.param(angles(TWO), "2", id="two angles"),
-        pytest.param(angles(THREE), "at most 3", id="three angles"),
+        pytest.param(angles("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(a-b)"), "2", id="two angles"),
+        pytest.param(angles(*THREE), "at most 3", id="three angles"),
     ],
 )
 def test_zero_exponents_and_dimensions_limit_the_number_of_frequencies(states, number):
     found = sf.lyapunov(sf.System(states=states), periods=4000).classification
     assert found.message == f"quasi-periodic, on a torus of {number} frequencies"
+
+
+def test_undamped_motion_beside_a_state_that_decays_is_periodic():
+    # Its frequency depends on the amplitude: two exponents are zero, as on a torus.
+    states = {"x": {"rate": "y", "start": 1.0}, "y": "-x - x^3", "w": "y - w"}
+    found = sf.lyapunov(sf.System(states=states), periods=250).classification
+    assert found.kind == "periodic"  # v^2 = cos(s)^2 (3 + sin(s)^2) / 2 where x = sin(s)
+    assert found.duration == pytest.approx(4 * np.sqrt(2 / 3) * ellipk(-1 / 3), rel=1e-9)
 
 
 @pytest.mark.parametrize("periods", [400, 1600])

@@ -85,6 +85,8 @@ class Settlement:
         Full revolutions of each angle in that response, by name; empty if not settled.
     more
         Time that is still needed, in forcing periods (autonomous: in seconds); None if unknown.
+    neutral_round
+        Seconds of a round that repeats though nothing attracts to it, as round a center, or None.
     """
 
     settled: bool
@@ -96,6 +98,7 @@ class Settlement:
     kind: str | None = None
     revolutions: Mapping[str, int] = field(default_factory=dict)
     more: float | None = None
+    neutral_round: float | None = None
 
     def __repr__(self) -> str:
         """One line: on what, if on anything, and how nearly."""
@@ -498,8 +501,7 @@ def _on_cycle(
 ) -> Settlement | None:
     """Judge a cycle by its multipliers; None if the returns are not near enough to it yet.
 
-    The largest multiplier is the rate at which the drift will decrease. The drift itself does not
-    show it once it consists of rounding errors.
+    The drift will decrease by the largest multiplier, which rounding errors do not show.
     """
     begin, stop = float(phases[-1 - trend.period]), float(phases[-1])
     duration = (stop - begin) * end.unit
@@ -516,13 +518,13 @@ def _on_cycle(
             f"not settled: it follows an unstable cycle of {duration:.9g} s, from which a "
             f"disturbance grows by the factor {multiplier:.4g} a round; start near it"
         )
-    else:
-        message = (
-            f"not settled: each round of {duration:.9g} s repeats the one before within "
-            f"{max(trend.drift, 1e-16):.1e}, but nothing attracts the trajectory to it; it "
-            "continues as it began, as round a center without damping"
-        )
-    return not_converged(message, trend.drift, trend.rate)
+        return not_converged(message, trend.drift, trend.rate)
+    message = (
+        f"not settled: each round of {duration:.9g} s repeats the one before within "
+        f"{max(trend.drift, 1e-16):.1e}, but nothing attracts the trajectory to it; it "
+        "continues as it began, as round a center without damping"
+    )
+    return Settlement(False, None, trend.drift, trend.rate, message, neutral_round=duration)
 
 
 def _unsettled_autonomous(

@@ -260,6 +260,10 @@ def classify(
     """
     if settlement.settled:
         return _settled(settlement, exponents[0] > EXPONENTS.sure * errors[0] + EXPONENTS.rounding)
+    again = settlement.neutral_round
+    if again is not None:
+        message = f"periodic: it repeats after {again:.9g} s; nothing attracts trajectories to it"
+        return Classification("periodic", message, duration=again)
     slack = EXPONENTS.sure * errors + EXPONENTS.rounding
     if exponents[0] > slack[0]:
         return Classification(
