@@ -14,7 +14,7 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import BRAKE
-from helpers.explorer_server import BASE, diagram
+from helpers.explorer_server import BASE, answers_to, diagram
 from slipfold import InputError
 from slipfold.interface.cli.reading import equations_file, find_model
 from slipfold.interface.explorer.answering import Answering
@@ -278,9 +278,7 @@ SWEEPS = {
 @pytest.mark.parametrize("name", SWEEPS)
 def test_copied_python_follows_the_same_motions(exported, name, tmp_path, monkeypatch, capsys):
     view = {"kind": "sweep", "id": 1, "points": 5, "show": "x", "statistic": "min", **SWEEPS[name]}
-    answers = []
-    Answering(Catalogue()).answer(parse_request(json.dumps(view)), answers.append, lambda: None)
-    *places, last = answers
+    *places, last = answers_to(view)
     names = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
     for way, copied in names["swept"].items():
         shown = [(place["x"], place["y"][0]) for place in places if place["run"] == way]
@@ -339,9 +337,7 @@ def test_copied_python_of_a_sweep_and_a_plane_of_every_model_runs(
     view, plane = first_view(name)
     export = exporting(None)
     sweep = {"kind": "sweep", "points": 3, **view}
-    answers = []
-    request = parse_request(json.dumps(sweep))
-    Answering(Catalogue()).answer(request, answers.append, lambda: None)
+    answers, request = answers_to(sweep), parse_request(json.dumps(sweep))
     swept = run_python(export(sweep, "python").decode(), tmp_path, monkeypatch)["swept"]
     copied = [value for way in ("up", "down") for value, _ in swept[way]]
     assert [place["x"] for place in answers[:-1]] == copied

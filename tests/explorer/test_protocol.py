@@ -1,6 +1,5 @@
 """Requests over the WebSocket and their answers, with the real solver."""
 
-import json
 import math
 from itertools import pairwise
 
@@ -8,10 +7,9 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER
-from helpers.explorer_server import BASE, diagram
+from helpers.explorer_server import BASE, answers_to, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.messages import parse_request
 from slipfold.interface.explorer.settings import PageSettings
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
@@ -83,13 +81,12 @@ def test_a_moved_diagram_comes_before_the_one_that_is_followed_and_agrees_with_i
             assert mark["uncertainty"] < 1e-12
 
 
-def moved_through(*values):
-    """Return what is answered as a slider runs through values and does not rest, a diagram each."""
+def moved_through(*values, rests=0.6):
+    """Return what is answered as a slider runs through values, but for where it rests."""
     answers, answering = [], Answering(Catalogue())
-    answering.answer(parse_request(json.dumps(diagram(1))), lambda view: None, lambda: None)
-    for value in values:
-        request = diagram(2, parameters={"f": 12.5, "Vd": value}, rests=False)
-        answering.answer(parse_request(json.dumps(request)), answers.append, lambda: None)
+    for value in (0.6, *values):
+        request = diagram(2, parameters={"f": 12.5, "Vd": value}, rests=value in (0.6, rests))
+        answers += [told for told in answers_to(request, answering) if not request["rests"]]
     assert all(answer["moved"] and answer["more"] and answer["done"] for answer in answers)
     return answers, answering
 
@@ -98,21 +95,22 @@ def test_what_is_moved_does_not_depend_on_the_way_of_the_slider():
     (directly,), _ = moved_through(0.63)
     *_, through = moved_through(0.61, 0.62, 0.63)[0]
     assert through["branches"] == directly["branches"]
+    (later,), _ = moved_through(0.62, 0.63, rests=0.62)
+    *_, again = moved_through(0.63, 0.62, 0.63, rests=0.62)[0]
+    assert again["branches"] == later["branches"]
 
 
 def test_an_orbit_of_a_moved_diagram_follows_no_response_again(monkeypatch):
     """A slider that moves asks for both: the orbit would take as long as the diagram."""
-    changed = {"f": 12.5, "Vd": 0.61}
     answers, answering = moved_through(0.61, 0.62)  # the orbit waits until the next one is moved
     monkeypatch.setattr("slipfold.interface.explorer.answering.response", None)
     branch = answers[0]["branches"][0]
     middle = len(branch["x"]) // 2
     at = {"branch": 1, "arclength": branch["arclength"][middle], "value": branch["x"][middle]}
-    request = parse_request(json.dumps({**ORBIT, "parameters": changed, "at": at}))
-    answering.answer(request, answers.append, lambda: None)
+    (orbit,) = answers_to({**ORBIT, "parameters": {"f": 12.5, "Vd": 0.61}, "at": at}, answering)
     model = sf.SlidingOscillator(Vd=0.61, Nd=at["value"])
-    exact = sf.periodic_orbit(model, 1, {name: v[0] for name, v in answers[-1]["states"].items()})
-    found = sorted(abs(complex(*pair)) for pair in answers[-1]["multipliers"])
+    exact = sf.periodic_orbit(model, 1, {name: v[0] for name, v in orbit["states"].items()})
+    found = sorted(abs(complex(*pair)) for pair in orbit["multipliers"])
     assert found == pytest.approx(sorted(abs(exact.multipliers)), rel=1e-8)
 
 
@@ -123,9 +121,7 @@ def ask_all(client, request):
 
 def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.plain.PAGE", PageSettings(interval=0.0))
-    answers = []
-    request = parse_request(json.dumps(diagram(1, span=[0, 0.1])))
-    Answering(Catalogue()).answer(request, answers.append, lambda: None)
+    answers = answers_to(diagram(1, span=[0, 0.1]))
     *progress, last = [answer for answer in answers if not answer.get("more")]
     # The exact curve is there before it is checked.
     (known,) = [answer for answer in answers if answer.get("more")]
@@ -298,9 +294,7 @@ def test_pictures_of_regimes_become_finer(monkeypatch):
     # Values of what is varied play no part.
     values = {"f": 13.0, "Nd": 0.5}
     asked = {"kind": "regimes", "id": 1, "model": "sliding", "parameters": values, **window}
-    answers = []
-    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), answers.append, lambda: None)
-    pictures = [answer for answer in answers if "labels" in answer]
+    pictures = [answer for answer in answers_to(asked) if "labels" in answer]
     # Of the first picture what repeats is sent before the rest is known.
     assert [answer["done"] for answer in pictures] == [False, False, True]
     assert pictures[0]["labels"] == pictures[1]["labels"] == [[1]]
@@ -316,8 +310,7 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.pictures.BASIN_POINTS", (6, 11))
     plane = {"x": {"name": "q", "span": [-4, 4]}, "y": {"name": "v", "span": [-4, 4]}}
     asked = {"kind": "basins", "id": 1, "model": "duffing", "parameters": {"W": 1.2}, **plane}
-    answers = []
-    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), answers.append, lambda: None)
+    answers = answers_to(asked)
     coarse, fine = (answer for answer in answers if "labels" in answer)
     assert [answer["done"] for answer in (coarse, fine)] == [False, True]
     assert answers[-1] is fine
@@ -330,18 +323,14 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
 
 
 def told_of(catalogue, **request):
-    answers = []
-    asked = {"kind": "diagram", "id": 1, "show": "x", **request}
-    Answering(catalogue).answer(parse_request(json.dumps(asked)), answers.append, lambda: None)
-    return answers
+    answers = answers_to(diagram(parameters={}, **request), Answering(catalogue))
+    return [answer for answer in answers if "branches" in answer]
 
 
 def test_what_motions_settle_on_is_added_where_the_response_ends():
     model = sf.System.from_toml(FORCED_SLIDER)
     view = {"model": model.name, "vary": "F", "span": [0, 1.2]}
-    *_, response, last = [
-        answer for answer in told_of(Catalogue(model), **view) if "branches" in answer
-    ]
+    *_, response, last = told_of(Catalogue(model), **view)
     # What is known is shown before more is looked for.
     assert (response["more"], response["done"]) == (True, False)
     assert last["done"]

@@ -8,8 +8,10 @@ import httpx
 import uvicorn
 from websockets.sync.client import connect
 
+from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.app import make_app
 from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import parse_request
 from slipfold.interface.explorer.security import Access, ServerLimits
 from slipfold.interface.explorer.serve import listen, settings_of_server
 from slipfold.interface.explorer.workers import Workers
@@ -23,6 +25,13 @@ BASE = {"model": "sliding", "parameters": {"f": 12.5}, "vary": "Nd", "span": [0,
 
 def diagram(number=1, **changes):
     return {"kind": "diagram", "id": number, "show": "x", **BASE, **changes}
+
+
+def answers_to(request, answering=None):
+    """All that a request is answered without a server."""
+    answers, answering = [], answering or Answering(Catalogue())
+    answering.answer(parse_request(json.dumps(request)), answers.append, lambda: None)
+    return answers
 
 
 class Explorer:

@@ -206,14 +206,15 @@ class Answering:
         near, key = self._nearest.get(_family(model, request)), _key(model, request)
         if near is None or key in self._diagrams:
             return None
-        if key not in self._moved_diagrams:
+        moved_key = near.model, key
+        if moved_key not in self._moved_diagrams:
             branches = moved_branches(near.branches, model, near.span)
             if branches is None:
                 return None
             changed = model.replace(**{request.vary: near.span[0]})
             moved = replace(near, model=changed, branches=branches, checked=None)
-            _keep(self._moved_diagrams, key, moved)
-        return self._moved_diagrams[key]
+            _keep(self._moved_diagrams, moved_key, moved)
+        return self._moved_diagrams[moved_key]
 
     def _diagram(
         self,
@@ -236,11 +237,13 @@ class Answering:
 
     def _orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
         """Return the orbit that a request is about; while a slider moves, on moved branches."""
-        at, key = request.at, _key(self._catalogue.of(request), request)
+        at, model = request.at, self._catalogue.of(request)
         if not isinstance(at, OnBranch):
-            model = self._catalogue.of(request).replace(**{request.vary: at.value})
-            return periodic_orbit(model, at.period, at.state)
-        moved = None if key in self._diagrams else self._moved_diagrams.get(key)
+            return periodic_orbit(model.replace(**{request.vary: at.value}), at.period, at.state)
+        near, key = self._nearest.get(_family(model, request)), _key(model, request)
+        moved = None
+        if near is not None and key not in self._diagrams:
+            moved = self._moved_diagrams.get((near.model, key))
         branches = (moved or self._diagram(request, check)).branches
         if at.branch > len(branches):
             raise InputError(
