@@ -151,7 +151,7 @@ export class DiagramPlot {
     this.#place();
     this.#drawMotions();
     await plotted;
-    this.node.classList.remove("moving");
+    if (number === this.#asked) this.node.classList.remove("moving"); // else the live curve may be newer
     this.#listenToPlot();
     this.#announceSoon(number, diagram);
   }
