@@ -52,7 +52,7 @@ export class Refusals {
 
 const KEPT_ORBITS = 60;
 
-/** Milliseconds without a move after which a slider rests: the whole response is followed then. */
+/** Milliseconds after its last move from which a slider rests: the whole response is followed then. */
 const REST = 100;
 
 export class Session {
@@ -91,6 +91,7 @@ export class Session {
   #orbits = new Map();
   #followed = null;
   #hovered = null;
+  #rest = 0;
 
   /** @param {object[]} models as the server describes them */
   constructor(models, view, connection) {
@@ -219,13 +220,15 @@ export class Session {
     this.#keys.diagram = key;
     this.isMore = false;
     this.progressed.announce(null);
+    clearTimeout(this.#rest);
+    const rested = new Promise((resolve) => { this.#rest = setTimeout(resolve, REST); });
     const ask = (rests) => this.requests.ask({ ...request, rests }, { onAnswer, onError });
     const onAnswer = (answer) => {
       if (answer.progress) {
         this.progressed.announce(answer);
         return;
       }
-      if (answer.done && answer.more) setTimeout(() => key === this.#keys.diagram && ask(true), REST);
+      if (answer.done && answer.more) rested.then(() => key === this.#keys.diagram && ask(true));
       this.diagram = answer;
       this.#hasFailed = false;
       this.#settled = answer.done && !answer.more ? key : null;
