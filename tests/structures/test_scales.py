@@ -151,3 +151,14 @@ def test_a_plate_that_hardly_moves_at_first_does_not_set_the_scale():
         for span in ((0.0015, 3.0), (3.0, 0.0015))
     )
     assert 0.01 < slow < fast < 10
+
+
+@pytest.mark.parametrize("rate", [1e-3, 1e-5])
+def test_friction_sets_the_scale_before_its_heat_does(rate):
+    # Friction bends the rates at the belt's speed, the product of heat and slip at 1/rate.
+    model = sf.System(
+        parameters={"Vd": 1.5},
+        states={"x": "v", "v": "F - 0.05*v - x", "T": f"{rate}*(5*F*(Vd - v) - T)"},
+        contacts={"F": {"slip": "Vd - v", "normal": "1 - 0.3*T", "friction": sf.Stribeck(vs=0.2)}},
+    )
+    assert (measured(model).estimated_scales[0, :2] <= 8).all()

@@ -41,6 +41,8 @@ class ScaleSettings:
     cancelled: float = 0.1  # change, over the size, of a derivative that is a rounding error
     # Motion, over the largest of a state of the same unit, that is one: where symmetry forbids it
     unmoved: float = 1e-13
+    # Nonlinear part of the rates, over the linear one, where its maximum counts
+    bounded: float = 1e-2
     # Mean of rates, over the largest of the period, that is none: the sum of a harmonic force
     unbalanced: float = 1e-15
     # Ratio of the size at one of several values of a parameter to that at the first, above which
@@ -562,6 +564,12 @@ class _View:
             fraction = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
         fraction = fraction.max(axis=1)
         large = ~(fraction <= 0.5)  # of the rates are nonlinear
+        # What is bounded may count most long before something that grows.
+        rises = np.diff(fraction) > 0
+        hump = np.r_[False, rises] & np.r_[~rises, False] & (fraction > SCALES.bounded)
+        if large.any():
+            hump &= distances < distances[large.argmax()] / SCALES.apart
+            large = hump & (fraction >= fraction[hump].max() / 2) if hump.any() else large
         if not large.any():  # bounded, as friction is: where it counts most
             maximum = fraction.max(initial=1e-6)  # rounding
             # Beside linear terms one that saturates counts ever more: half of it is enough.
