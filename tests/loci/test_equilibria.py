@@ -247,12 +247,19 @@ def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed(pl
     rates = {"x": f"-x*((x - {place})^2 + b^2 - a)"}
     given = sf.System(parameters={"a": 0, "b": 0}, states=rates), ("a", "b"), ((-1, 1), (-0.8, 0.8))
     (fold,) = sf.bifurcation_set(*given, regions=False).loci
-    assert fold.type == "LP"
     assert fold.values[:, 0] == pytest.approx(fold.values[:, 1] ** 2, abs=1e-12)
     assert fold.values[[0, -1], 1] == pytest.approx([-0.8, 0.8])
     monkeypatch.setattr(follow._Loci, "start", lambda *given: sf.InputError("no locus"))
     found = sf.bifurcation_set(*given, regions=False)
     assert (found.loci, set(found.missing)) == ((), {"no locus"})
+
+
+def test_an_island_of_equilibria_between_lines_is_found():
+    rates = {"x": "-x*((x - 2)^2 + 100*((a - 0.8)^2 + (b - 0.75)^2) - 1)"}  # a tenth as wide
+    model = sf.System(parameters={"a": 0, "b": 0}, states=rates)
+    (fold,) = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-0.9, 0.9)), regions=False).loci
+    assert np.hypot(*(fold.values - (0.8, 0.75)).T) == pytest.approx(0.1, abs=1e-12)
+    assert fold.closed
 
 
 def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):

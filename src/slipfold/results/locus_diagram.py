@@ -107,7 +107,8 @@ REGION_MAP = Regions(RegionMap, {
 
 
 FROM_A_CYCLE = (
-    "The equilibria found were followed across it, and the cycles that emanate from them there; "
+    "Equilibria were looked for at places a tenth of it apart and followed across it, and so were "
+    "the cycles that emanate from them there; "
     "for loci of another cycle save a response that has it (--settled) and give that file."
 )
 """Advice for an autonomous model without loci."""

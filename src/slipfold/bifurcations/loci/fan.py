@@ -51,6 +51,7 @@ class FanRules:
     beyond_quiet: float = 4.0
     # Distance of equilibria, in sizes of the states, that are one
     same_rest: float = 1e-6
+    same_place: float = 1e-9  # difference of values, in widths of the window, that is rounding
     starts: int = 32  # states from which Newton's method looks for equilibria
     around: float = 3.0  # their largest distance from the model's own, in scales
 
@@ -191,7 +192,7 @@ def _as_point(
 
 
 FRACTIONS = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
-"""Places in the window, in its widths, where other equilibria are looked for, or settled on."""
+"""Places in the window, in its widths, where motions may settle on other equilibria."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,20 +306,24 @@ def at_rest(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
     for line in follow_fan(plane, counts):
         lines.append(line)
         yield line
-    for share in FRACTIONS:
-        model = plane.at(np.array(plane.window)[:, 0] + share * plane.size)
+    for place in product(*(np.linspace(*across, max(counts)) for across in plane.window)):
+        model = plane.at(np.array(place))
         away = np.random.default_rng(0).uniform(-1, 1, (FAN.starts, len(model.start)))
         around = model.start + FAN.around * away * model.state_scales()
         for state in equilibria_in(model, around):
-            if not any(_passes(line, model, state) for line in lines):
+            if not any(_passes(line, plane, model, state) for line in lines):
                 for vary, fixed in (plane.names[::-1], plane.names):
-                    lines.append(_through(plane, model, state, vary, fixed))
-                    yield lines[-1]
+                    line = _through(plane, model, state, vary, fixed)
+                    if not line.branches:  # it is singular, as in a family, in both directions
+                        break
+                    lines.append(line)
+                    yield line
 
 
-def _passes(line: FanLine, model: Model, state: Array) -> bool:
+def _passes(line: FanLine, plane: Plane, model: Model, state: Array) -> bool:
     """Whether an equilibrium lies on a line through the same place."""
-    if not np.isclose(line.value, model.values[line.fixed], rtol=1e-12):
+    low, high = plane.span(line.fixed)
+    if abs(line.value - model.values[line.fixed]) > FAN.same_place * (high - low):
         return False
     near = [
         branch.states[i + 1]
