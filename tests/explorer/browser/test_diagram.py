@@ -89,6 +89,19 @@ def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):
     assert explorer.strengths("live") == {1}
 
 
+def test_a_curve_that_plotly_drew_late_does_not_hide_a_newer_one(new_tab):
+    plot = new_tab.open().page.locator(DIAGRAM)
+    plot.evaluate(
+        "() => { const { react } = Plotly; window.held = []; Plotly.react = (...given) =>"
+        " react(...given).then(() => new Promise((go) => held.push(go))); }"
+    )
+    for count, value in enumerate((0.66, 0.7), start=1):
+        new_tab.slide("Vd", value)
+        new_tab.page.wait_for_function("(count) => window.held.length >= count", arg=count)
+    plot.evaluate("() => held.shift()()")
+    assert "moving" in plot.get_attribute("class")
+
+
 def test_what_does_not_agree_is_red(new_tab):
     def doubted(answer):
         return {
