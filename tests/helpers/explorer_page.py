@@ -71,6 +71,7 @@ class HeldBack:
         self.matches = matches
         self.instead = instead
         self.is_on = False
+        self.asked = []
         self.waiting = []
 
     def through(self, socket):
@@ -83,8 +84,14 @@ class HeldBack:
                 socket.send(text)
 
         self.say = lambda answer: socket.send(json.dumps(answer))
+
+        def ask(text):
+            self.asked.append(json.loads(text))
+            server.send(text)
+
         server = socket.connect_to_server()
         server.on_message(pass_on)
+        socket.on_message(ask)
 
     def let_go(self):
         self.is_on = False

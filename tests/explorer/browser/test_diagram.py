@@ -89,6 +89,29 @@ def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):
     assert explorer.strengths("live") == {1}
 
 
+def test_the_whole_response_is_requested_once_and_from_the_last_move_on(new_tab):
+    answers = new_tab.holding(
+        lambda answer: answer["kind"] == "diagram" and answer["done"] and len(answers.waiting) < 3,
+        lambda answer: {**answer, "moved": True, "more": True},
+    )
+    page = new_tab.page
+    page.clock.install()
+    new_tab.open()
+    page.clock.pause_at(page.evaluate("Date.now()") + 1000)
+    answers.is_on = True
+    answers.asked.clear()
+    for count, value in enumerate((0.66, 0.7, 0.66), start=1):
+        new_tab.slide("Vd", value)
+        if count == 3:
+            page.clock.run_for(100)  # the slider rests before this answer comes
+        while len(answers.waiting) < count:
+            page.wait_for_timeout(20)
+    page.clock.resume()
+    expect(page.locator(DIAGRAM)).to_have_attribute("aria-busy", "false")
+    rests = [request["rests"] for request in answers.asked if "rests" in request]
+    assert rests == [False, False, False, True]
+
+
 def test_a_curve_that_plotly_drew_late_does_not_hide_a_newer_one(new_tab):
     plot = new_tab.open().page.locator(DIAGRAM)
     plot.evaluate(
