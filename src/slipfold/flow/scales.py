@@ -565,7 +565,7 @@ class _View:
         fraction = fraction.max(axis=1)
         large = ~(fraction <= 0.5)  # of the rates are nonlinear
         # What is bounded may count most long before something that grows.
-        rises = np.diff(fraction) > 0
+        rises = fraction[1:] > fraction[:-1]
         hump = np.r_[False, rises] & np.r_[~rises, False] & (fraction > SCALES.bounded)
         if large.any():
             hump &= distances < distances[large.argmax()] / SCALES.apart
