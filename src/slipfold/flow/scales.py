@@ -352,7 +352,8 @@ class _View:
         Its mean, which varies along a branch, is larger than the motion about it.
         """
         own = np.diag(self.slopes)
-        mutual = np.sqrt(self.slopes * self.slopes.T) * ~np.eye(len(own), dtype=bool)
+        with np.errstate(invalid="ignore", over="ignore"):  # an infinite derivative at the start
+            mutual = np.sqrt(self.slopes * self.slopes.T) * ~np.eye(len(own), dtype=bool)
         slow = self.model.forced & (own > 0) & (own * SCALES.periods < 1)
         return np.asarray(slow & (mutual.max(axis=1) <= own))
 
