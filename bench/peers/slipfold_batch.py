@@ -14,7 +14,8 @@ from batch import AMPLITUDE, COMPARED, COUNT, PERIODS, compared, starts
 
 import slipfold as sf
 from slipfold.flow.ensembles import stroboscopic_samples
-from slipfold.flow.flow import flow_of
+from slipfold.flow.equations import build_equations
+from slipfold.flow.flow import Flow
 from slipfold.version import package_version
 
 
@@ -30,7 +31,7 @@ def main() -> None:
         begun, used = time.perf_counter(), time.process_time()
         points = stroboscopic_samples(model, starts(), None, PERIODS, threads=1)
         times.append((time.perf_counter() - begun, time.process_time() - used))
-    exact, few = flow_of(model, 1e-15), starts(COMPARED)
+    exact, few = Flow(build_equations(model), tolerance=1e-15), starts(COMPARED)
     constants, zero = exact.constants_of(model), np.zeros(COMPARED)
     for _ in range(PERIODS):
         few = exact.advance(few, zero, zero + 1, constants)
