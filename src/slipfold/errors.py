@@ -23,6 +23,7 @@ def breakdown(error: Exception) -> str:
 class InputError(ValueError):
     """Input that cannot be used; the message says what was given, what is allowed, what to do.
 
+    All functions raise it for arguments that they cannot use; their docstrings name other reasons.
     The command line prints the message alone and exits with status 2.
 
     Examples

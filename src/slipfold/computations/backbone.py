@@ -43,12 +43,6 @@ def backbone(
     Diagram
         Its branch is the backbone. `plot` draws frequency and damping ratio over the amplitude.
 
-    Raises
-    ------
-    InputError
-        For a model without displacements or without a way to remove its forcing, a mode that it
-        does not have, an unknown output, or an amplitude that is not positive.
-
     Examples
     --------
     >>> import slipfold as sf

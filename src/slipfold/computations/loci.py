@@ -189,12 +189,6 @@ def bifurcation_set(
     LocusDiagram
         The loci with their special points, and the regions if requested.
 
-    Raises
-    ------
-    InputError
-        For an unknown parameter, type or period, the same parameter twice, a wrong unit, a value
-        outside its bounds, an empty window, or `regimes` without `regions`.
-
     Examples
     --------
     >>> import slipfold as sf

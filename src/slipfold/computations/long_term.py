@@ -77,11 +77,6 @@ def simulate(
     Simulation
         Ends early, with the reason, where the model meets one of its limits.
 
-    Raises
-    ------
-    InputError
-        If a parameter, `periods`, `state` or `tolerance` cannot be used.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -210,11 +205,6 @@ def attractors(
     Attractors
         The attractors, and how many starts converge to each.
 
-    Raises
-    ------
-    InputError
-        If the box, a number or a parameter cannot be used.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -269,11 +259,6 @@ def basin_fractions(
     BasinFractions
         The attractors at each value, and the fractions of the starts with their bounds.
 
-    Raises
-    ------
-    InputError
-        If a name, the box or a number cannot be used.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -327,11 +312,6 @@ def basins(
     -------
     Basins
         The grid with its labels, the attractors and their fractions.
-
-    Raises
-    ------
-    InputError
-        If the plane, a number or a parameter cannot be used.
 
     Examples
     --------
@@ -445,11 +425,6 @@ def sweep(
     Sweep
         The states at phase zero.
 
-    Raises
-    ------
-    InputError
-        If a name or a number cannot be used, or nothing forces the model.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -514,11 +489,6 @@ def regimes(
     -------
     RegimeMap
         The kinds and periods of the solutions.
-
-    Raises
-    ------
-    InputError
-        If a name or a number cannot be used, or nothing forces the model.
 
     Examples
     --------

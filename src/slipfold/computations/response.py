@@ -95,12 +95,6 @@ def response(
     Diagram
         Branches with their special points. A branch that ends early says why in its `stopped`.
 
-    Raises
-    ------
-    InputError
-        For an unknown parameter, a wrong unit, a value outside its bounds, an empty span, or a
-        start where no orbit is found.
-
     Examples
     --------
     >>> import slipfold as sf

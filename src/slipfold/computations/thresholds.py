@@ -80,12 +80,6 @@ def threshold_map(
     ThresholdMap
         Thresholds, and why some points have none.
 
-    Raises
-    ------
-    InputError
-        For an unknown parameter, a wrong unit, a value outside its bounds, an empty span or grid,
-        or another type.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -290,11 +284,6 @@ def design(
     -------
     Design
         Parameters, thresholds and vibration; where there is no design, the reason.
-
-    Raises
-    ------
-    InputError
-        If the model is not forced, or something given cannot be used.
 
     Examples
     --------

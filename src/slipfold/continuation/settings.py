@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from slipfold.errors import InputError
+from slipfold.read_only import Documented
 from slipfold.text import call_text
 
 
 @dataclass(frozen=True, repr=False)
-class Newton:
-    """Convergence criteria of Newton's method.
+class Newton(Documented):
+    """Convergence criteria of Newton's method."""
 
-    Parameters
-    ----------
-    tolerance
-        Maximum residual of an accepted orbit, in scaled states.
-    iterations
-        Corrections before a step counts as failed.
-    """
-
-    tolerance: float = 1e-10
-    iterations: int = 8
+    tolerance: Annotated[float, "Maximum residual of an accepted orbit, in scaled states."] = 1e-10
+    iterations: Annotated[int, "Corrections before a step counts as failed."] = 8
 
     def __repr__(self) -> str:
         """What was given."""
@@ -39,31 +32,29 @@ class Newton:
 
 
 @dataclass(frozen=True, repr=False)
-class Steps:
+class Steps(Documented):
     """Lengths of steps along a branch.
 
     Lengths are arclengths in scaled variables: states in scales in which they contribute equally,
     as modes of equal energy do, the parameter in units of the span.
-
-    Parameters
-    ----------
-    largest
-        Maximum step. If an unknown is longer than 10, as at a resonance, the maximum is multiplied
-        by a tenth of its length.
-    smallest
-        A branch that needs a smaller step stops and says so.
-    turn
-        Maximum angle between neighboring tangents, in rad; twice as large where the second differs
-        from its prediction by less.
-    points
-        Number of points after which a branch stops and says so. Of all tested branches the canards
-        of a neuron with a ratio of times of 1000 need the most, 2,500.
     """
 
-    largest: float = 1.0
-    smallest: float = 1e-9
-    turn: float = 0.35
-    points: int = 3000
+    largest: Annotated[
+        float,
+        "Maximum step. If an unknown is longer than 10, as at a resonance, the maximum is "
+        "multiplied by a tenth of its length.",
+    ] = 1.0
+    smallest: Annotated[float, "A branch that needs a smaller step stops and says so."] = 1e-9
+    turn: Annotated[
+        float,
+        "Maximum angle between neighboring tangents, in rad; twice as large where the second "
+        "differs from its prediction by less.",
+    ] = 0.35
+    points: Annotated[
+        int,
+        "Number of points after which a branch stops and says so. Of all tested branches the "
+        "canards of a neuron with a ratio of times of 1000 need the most, 2,500.",
+    ] = 3000
 
     def __repr__(self) -> str:
         """What was given."""
@@ -82,19 +73,11 @@ class Steps:
 
 
 @dataclass(frozen=True, repr=False)
-class Stepping:
-    """Settings that any curve needs.
+class Stepping(Documented):
+    """Settings that any curve needs."""
 
-    Parameters
-    ----------
-    newton
-        Convergence criteria.
-    steps
-        Lengths of steps.
-    """
-
-    newton: Newton = field(default_factory=Newton)
-    steps: Steps = field(default_factory=Steps)
+    newton: Annotated[Newton, "Convergence criteria."] = field(default_factory=Newton)
+    steps: Annotated[Steps, "Lengths of steps."] = field(default_factory=Steps)
 
     coarse: ClassVar[float] = 1.0
     """Factor on the allowed errors of predictions, if nothing is located between points."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import IMPLICIT, StepsEnd, StiffFallback
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
+from slipfold.read_only import Documented
 
 CHUNK = 16
 """Forcing periods per call of the integrator. More would not make the overhead of calls smaller by
@@ -23,22 +24,15 @@ much, and phases would lose digits."""
 
 
 @dataclass(frozen=True)
-class GuardStop:
-    """Why and when a trajectory ended early.
+class GuardStop(Documented):
+    """Why and when a trajectory ended early."""
 
-    Parameters
-    ----------
-    kind
-        Name of the limit that was reached, e.g. ``"stick"``; or ``"singular"`` or ``"stiff"``.
-    reason
-        A sentence that says what happened and what can be done.
-    time
-        Seconds from the start.
-    """
-
-    kind: str
-    reason: str
-    time: float
+    kind: Annotated[
+        str,
+        'Name of the limit that was reached, e.g. ``"stick"``; or ``"singular"`` or ``"stiff"``.',
+    ]
+    reason: Annotated[str, "A sentence that says what happened and what can be done."]
+    time: Annotated[float, "Seconds from the start."]
 
 
 class Chunk(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,27 +24,21 @@ from slipfold.flow.polynomials import OnsetPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, headed, number_text
 
 
 @dataclass(frozen=True, eq=False)
-class Sticking:
-    """What the contacts of a trajectory did; frozen.
+class Sticking(Documented):
+    """What the contacts of a trajectory did; frozen."""
 
-    Parameters
-    ----------
-    contacts
-        Their names.
-    modes
-        What each contact does at the start of every forcing period, shape (periods + 1,
-        n_contacts): 0 sticks, 1 slips, -1 slips backwards, 2 is open.
-    intervals
-        When each contact stuck, slipped and was open.
-    """
-
-    contacts: tuple[str, ...]
-    modes: NDArray[np.int64]
-    intervals: tuple[Interval, ...]
+    contacts: Annotated[tuple[str, ...], "Their names."]
+    modes: Annotated[
+        NDArray[np.int64],
+        "What each contact does at the start of every forcing period, shape (periods + 1, "
+        "n_contacts): 0 sticks, 1 slips, -1 slips backwards, 2 is open.",
+    ]
+    intervals: Annotated[tuple[Interval, ...], "When each contact stuck, slipped and was open."]
 
     def mode(self, index: int) -> Mode:
         """Return what all contacts do at the start of a period."""
@@ -52,26 +46,12 @@ class Sticking:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(OneLine):
+class Trajectory(OneLine, Documented):
     """A trajectory over many forcing periods; frozen.
 
     Of an autonomous model these are intervals of its ``duration``. It keeps the state at the start
     of every forcing period. What lies between is integrated again
     when requested, so that a long run takes little memory and is known everywhere.
-
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    states
-        States at phase zero of every forcing period (the stroboscopic Poincare section), from the
-        initial state on, shape (periods + 1, n_states).
-    settlement
-        Whether and on what it settled.
-    stopped
-        Why and when it ended early; None if it ran to its end.
-    sticking
-        What contacts did in a trajectory that sticks; None of one that always slips.
 
     Examples
     --------
@@ -84,11 +64,20 @@ class Trajectory(OneLine):
     (3, 4)
     """
 
-    model: Model
-    states: Array
-    settlement: Settlement
-    stopped: GuardStop | None = None
-    sticking: Sticking | None = None
+    model: Annotated[Model, "The model with its parameter values."]
+    states: Annotated[
+        Array,
+        "States at phase zero of every forcing period (the stroboscopic Poincare section), from "
+        "the initial state on, shape (periods + 1, n_states).",
+    ]
+    settlement: Annotated[Settlement, "Whether and on what it settled."]
+    stopped: Annotated[
+        GuardStop | None, "Why and when it ended early; None if it ran to its end."
+    ] = None
+    sticking: Annotated[
+        Sticking | None,
+        "What contacts did in a trajectory that sticks; None of one that always slips.",
+    ] = None
 
     def _line(self) -> str:
         ended = self.settlement.message if self.stopped is None else self.stopped.reason
@@ -134,11 +123,6 @@ class Trajectory(OneLine):
         -------
         ndarray, shape (n_states,) or (m, n_states)
             States.
-
-        Raises
-        ------
-        InputError
-            If a time lies outside the run.
         """
         given = np.asarray(time, dtype=float)
         times = np.atleast_1d(given)
@@ -179,11 +163,6 @@ class Trajectory(OneLine):
             Seconds from the start; the end of the last period is left out.
         states : ndarray, shape (m, n_states)
             States.
-
-        Raises
-        ------
-        InputError
-            If there is no such period, or `per_period` is less than 1.
         """
         time, samples = self.sampled(start, stop, per_period)
         return time, samples.states
@@ -239,11 +218,6 @@ class Trajectory(OneLine):
         -------
         time, values : ndarray, shape (m,)
             Seconds from the start, and values in the unit of the output.
-
-        Raises
-        ------
-        InputError
-            If there is no such output or no such period.
         """
         column = self._flow.output_index(name)
         time, samples = self.sampled(start, stop, per_period)
@@ -303,11 +277,6 @@ class Trajectory(OneLine):
         -------
         ndarray, shape (m, n_outputs)
             Outputs, the states first.
-
-        Raises
-        ------
-        InputError
-            If the run is shorter than one response period.
         """
         return self._sampled_steadily(periods, per_period)[1].outputs()
 
@@ -365,44 +334,30 @@ class Trajectory(OneLine):
 
 
 @dataclass(frozen=True)
-class StickTime:
-    """A time in which a contact sticks; frozen.
+class StickTime(Documented):
+    """A time in which a contact sticks; frozen."""
 
-    Parameters
-    ----------
-    contact
-        Its name.
-    begin, end
-        From the start of the round, in forcing periods; of an autonomous model in s. Where a round
-        repeats itself, a time that runs over its end ends beyond it.
-    """
-
-    contact: str
-    begin: float
-    end: float
+    contact: Annotated[str, "Its name."]
+    begin: Annotated[
+        float,
+        "From the start of the round, in forcing periods; of an autonomous model in s. Where a "
+        "round repeats itself, a time that runs over its end ends beyond it.",
+    ]
+    end: Annotated[float, ""]
 
 
 @dataclass(frozen=True, eq=False)
-class LastRound:
-    """The last complete round of a trajectory: a response or a cycle.
+class LastRound(Documented):
+    """The last complete round of a trajectory: a response or a cycle."""
 
-    Parameters
-    ----------
-    minimum, maximum
-        Smallest and largest value of each state, shape (n_states,); NaN if it is not complete.
-    sticking
-        When contacts stick.
-    fraction
-        Fraction of the time in which any contact sticks.
-    stuck
-        Whether all contacts stick all the time.
-    """
-
-    minimum: Array
-    maximum: Array
-    sticking: tuple[StickTime, ...] = ()
-    fraction: float = 0.0
-    stuck: bool = False
+    minimum: Annotated[
+        Array,
+        "Smallest and largest value of each state, shape (n_states,); NaN if it is not complete.",
+    ]
+    maximum: Annotated[Array, ""]
+    sticking: Annotated[tuple[StickTime, ...], "When contacts stick."] = ()
+    fraction: Annotated[float, "Fraction of the time in which any contact sticks."] = 0.0
+    stuck: Annotated[bool, "Whether all contacts stick all the time."] = False
 
 
 def last_round(trajectory: Trajectory) -> LastRound | None:

@@ -39,11 +39,6 @@ class SpectralLines(OneLine):
         ----------
         name
             A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
         """
         return self.amplitude[:, self._column(name)]
 
@@ -120,11 +115,6 @@ class Spectrum(SpectralLines):
             A state or output of the model.
         order
             Frequency over the forcing frequency, e.g. 0.5 for the subharmonic.
-
-        Raises
-        ------
-        InputError
-            If there is no such output, or the order is not one of the spectrum's lines.
         """
         position = order * self.periods
         index = round(position)

@@ -152,11 +152,6 @@ class Model(ABC):
     **values
         Parameter values that differ from the defaults: numbers in SI units, or text with a unit
         such as ``alpha="60deg"``.
-
-    Raises
-    ------
-    InputError
-        For an unknown parameter, a wrong unit or a value outside its bounds.
     """
 
     name: str
@@ -438,11 +433,6 @@ class Model(ABC):
         ----------
         name
             Name of the parameter.
-
-        Raises
-        ------
-        InputError
-            If the model has no such parameter; the nearest name is suggested.
         """
         names = [parameter.name for parameter in self.parameters]
         if name in names:
@@ -462,11 +452,6 @@ class Model(ABC):
         ----------
         name
             Name of the parameter.
-
-        Raises
-        ------
-        InputError
-            If the model has no such parameter, or it is a result of the computation.
         """
         self.parameter(name)  # refuses unknown names
         named = {item.name: item for item in self.variable_parameters}  # with bounds of their own
@@ -516,11 +501,6 @@ class Model(ABC):
         -------
         float or ndarray, shape (...)
             In the unit of the output.
-
-        Raises
-        ------
-        InputError
-            If there is no output of that name, or the states have the wrong shape.
         """
         functions = evaluation_of(self)
         if name not in functions.names:

@@ -55,11 +55,6 @@ class Parametric:
     fields, made by `structural`, distinguish equations. The parameters of parts in them are its own
     as well; those of several parts in a tuple are numbered. The section on parameters in the
     docstring follows from the fields.
-
-    Raises
-    ------
-    InputError
-        For a wrong unit, a value outside its bounds or values that contradict each other.
     """
 
     title: ClassVar[str] = ""
@@ -153,11 +148,6 @@ class Parametric:
         **changes
             New values by name, numbers in SI units or text with a unit; or new values of fields
             that are not parameters.
-
-        Raises
-        ------
-        InputError
-            For an unknown name or a value that cannot be used.
         """
         names = [item.name for item in _fields(type(self))]
         new = {name: changes.pop(name) for name in names if name in changes}

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from slipfold.errors import InputError
+from slipfold.read_only import Documented
 
 Expression = Any
 """A symbolic expression (`heyoka.expression`)."""
@@ -17,25 +18,8 @@ Symbols = Mapping[str, Expression]
 
 
 @dataclass(frozen=True)
-class Parameter:
+class Parameter(Documented):
     """A number a model depends on.
-
-    Parameters
-    ----------
-    name
-        The symbol used in formulas, arguments and files, e.g. ``"Nd"``.
-    default
-        Value in SI units where the user gives none.
-    unit
-        SI unit as text (``"N"``, ``"m/s"``, ``"rad"``), ``""`` for a pure number.
-    doc
-        One line that says what it is.
-    lower, upper
-        Bounds of what is allowed, in the unit of the parameter.
-    lower_open, upper_open
-        Whether the bound itself is excluded.
-    symbol
-        How figures write it (matplotlib mathtext); the name itself if empty.
 
     Examples
     --------
@@ -43,15 +27,19 @@ class Parameter:
     0.3
     """
 
-    name: str
-    default: float
-    unit: str = ""
-    doc: str = ""
-    lower: float = -math.inf
-    upper: float = math.inf
-    lower_open: bool = False
-    upper_open: bool = False
-    symbol: str = ""
+    name: Annotated[str, 'The symbol used in formulas, arguments and files, e.g. ``"Nd"``.']
+    default: Annotated[float, "Value in SI units where the user gives none."]
+    unit: Annotated[
+        str, 'SI unit as text (``"N"``, ``"m/s"``, ``"rad"``), ``""`` for a pure number.'
+    ] = ""
+    doc: Annotated[str, "One line that says what it is."] = ""
+    lower: Annotated[float, "Bounds of what is allowed, in the unit of the parameter."] = -math.inf
+    upper: Annotated[float, ""] = math.inf
+    lower_open: Annotated[bool, "Whether the bound itself is excluded."] = False
+    upper_open: Annotated[bool, ""] = False
+    symbol: Annotated[
+        str, "How figures write it (matplotlib mathtext); the name itself if empty."
+    ] = ""
 
     @property
     def label(self) -> str:
@@ -77,11 +65,6 @@ class Parameter:
         ----------
         value
             Candidate in the unit of the parameter.
-
-        Raises
-        ------
-        InputError
-            If `value` is not finite or outside the bounds.
         """
         value = float(value)
         if self.lower < value < self.upper:  # as nearly all are
@@ -112,21 +95,8 @@ DURATION = positive("duration", 1.0, "s", "period of a cycle; elsewhere a unit o
 
 
 @dataclass(frozen=True)
-class State:
+class State(Documented):
     """A state variable of a model.
-
-    Parameters
-    ----------
-    name
-        Name in results and on the command line, e.g. ``"vx"``.
-    unit
-        Unit as text; ``""`` for a pure number.
-    doc
-        One line that says what it is.
-    label
-        Axis label in mathtext; the name itself if empty.
-    angle
-        Whether it is an angle in rad: after a revolution the state is the same.
 
     Examples
     --------
@@ -134,11 +104,13 @@ class State:
     '$x/L$'
     """
 
-    name: str
-    unit: str = ""
-    doc: str = ""
-    label: str = ""
-    angle: bool = False
+    name: Annotated[str, 'Name in results and on the command line, e.g. ``"vx"``.']
+    unit: Annotated[str, 'Unit as text; ``""`` for a pure number.'] = ""
+    doc: Annotated[str, "One line that says what it is."] = ""
+    label: Annotated[str, "Axis label in mathtext; the name itself if empty."] = ""
+    angle: Annotated[
+        bool, "Whether it is an angle in rad: after a revolution the state is the same."
+    ] = False
 
 
 def check_state_name(name: str, what: str = "a state") -> None:
@@ -152,52 +124,34 @@ def check_state_name(name: str, what: str = "a state") -> None:
 
 
 @dataclass(frozen=True)
-class Output:
-    """A scalar function of the state, the coefficients and the forcing phase.
+class Output(Documented):
+    """A scalar function of the state, the coefficients and the forcing phase."""
 
-    Parameters
-    ----------
-    name
-        Name in results, e.g. ``"Vrel"``.
-    expression
-        ``expression(q, c, phase)`` with the states `q` and coefficients `c` by name and the forcing
-        phase (one per period) as symbols; returns a symbolic expression.
-    unit
-        SI unit as text.
-    doc
-        One line that says what it is.
-    label
-        Axis label in mathtext; the name itself if empty.
-    """
-
-    name: str
-    expression: Callable[[Any, Symbols, Expression], Expression]
-    unit: str = ""
-    doc: str = ""
-    label: str = ""
+    name: Annotated[str, 'Name in results, e.g. ``"Vrel"``.']
+    expression: Annotated[
+        Callable[[Any, Symbols, Expression], Expression],
+        "``expression(q, c, phase)`` with the states `q` and coefficients `c` by name and the "
+        "forcing phase (one per period) as symbols; returns a symbolic expression.",
+    ]
+    unit: Annotated[str, "SI unit as text."] = ""
+    doc: Annotated[str, "One line that says what it is."] = ""
+    label: Annotated[str, "Axis label in mathtext; the name itself if empty."] = ""
 
 
 @dataclass(frozen=True)
-class Limit:
-    """A bound of validity: the model holds while `output` stays above `bound` over the orbit.
+class Limit(Documented):
+    """A bound of validity: the model holds while `output` stays above `bound` over the orbit."""
 
-    Parameters
-    ----------
-    name
-        Short name, e.g. ``"stick"``.
-    output
-        Name of the output that is watched.
-    bound
-        Value at which a branch stops, in the unit of the output. It lies a little before the
-        singularity itself, where no method can follow.
-    reason
-        The sentence to show; ``{value}`` is replaced by the minimum of the output.
-    """
-
-    name: str
-    output: str
-    bound: float
-    reason: str
+    name: Annotated[str, 'Short name, e.g. ``"stick"``.']
+    output: Annotated[str, "Name of the output that is watched."]
+    bound: Annotated[
+        float,
+        "Value at which a branch stops, in the unit of the output. It lies a little before the "
+        "singularity itself, where no method can follow.",
+    ]
+    reason: Annotated[
+        str, "The sentence to show; ``{value}`` is replaced by the minimum of the output."
+    ]
 
 
 STICK = 0.01

@@ -67,11 +67,6 @@ class System(Model):
     **values
         Parameter values that differ from the defaults: numbers in SI units, or text with a unit.
 
-    Raises
-    ------
-    InputError
-        For anything that cannot be used, with the position.
-
     Examples
     --------
     >>> duffing = System(

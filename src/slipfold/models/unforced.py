@@ -7,7 +7,7 @@ from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from inspect import signature
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import heyoka as hy
 import numpy as np
@@ -18,6 +18,7 @@ from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model, evaluation_of
 from slipfold.models.quantities import DURATION, Expression, Output, Parameter, Symbols
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 _ZERO = hy.expression(0.0)
@@ -199,20 +200,11 @@ def _unforced_output(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(OneLine):
+class Modes(OneLine, Documented):
     """Modes of a linear system; one row a mode, the lowest natural frequency first.
 
     A pair of complex eigenvalues is one mode; a real eigenvalue (overdamped or divergent) is a mode
     of its own with damping ratio 1 or -1.
-
-    Parameters
-    ----------
-    eigenvalues
-        In 1/s, the one of a pair with positive imaginary part, shape (n_modes,).
-    shapes
-        Complex displacements, the largest being 1, shape (n_modes, n_displacements).
-    names
-        Names of the displacements.
 
     Examples
     --------
@@ -222,9 +214,13 @@ class Modes(OneLine):
     [6.59, 12.459652]
     """
 
-    eigenvalues: Complex
-    shapes: Complex
-    names: tuple[str, ...]
+    eigenvalues: Annotated[
+        Complex, "In 1/s, the one of a pair with positive imaginary part, shape (n_modes,)."
+    ]
+    shapes: Annotated[
+        Complex, "Complex displacements, the largest being 1, shape (n_modes, n_displacements)."
+    ]
+    names: Annotated[tuple[str, ...], "Names of the displacements."]
 
     def _line(self) -> str:
         state = "stable" if self.stable else "unstable"
@@ -267,11 +263,6 @@ class Modes(OneLine):
         Array
             Shape (n_modes,): 1 on a circle forward, -1 on one backward, 0 along a line, between
             them on an ellipse.
-
-        Raises
-        ------
-        InputError
-            If a displacement is none of the modes.
         """
         for name in (first, second):
             if name not in self.names:

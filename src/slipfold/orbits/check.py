@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from slipfold.orbits.multipliers import (
     product_eigenvalues,
 )
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.read_only import ReadOnly
+from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
 
 SINGULAR = 1e-4
@@ -36,45 +37,30 @@ AT_REST = Rule(close=1e-9, iterations=20)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CollocatedOrbit(OneLine, ReadOnly):
-    """A periodic orbit by piecewise polynomials; frozen.
+    """A periodic orbit by piecewise polynomials; frozen."""
 
-    Parameters
-    ----------
-    model
-        The model; of a cycle, its ``duration`` is that of the guess.
-    period
-        Period in forcing periods, or revolutions of a cycle.
-    edges
-        Phases of the ends of the N intervals, shape (N + 1,).
-    states
-        States at the beginning of each interval, shape (N, n_states).
-    anchors
-        States at `period` * j / M, shape (M, n_states).
-    duration
-        Duration of the whole orbit in seconds.
-    multipliers
-        Floquet multipliers, largest modulus first, shape (n_states,); the one of a cycle's own
-        direction stands where the modulus falls below one.
-    mismatch
-        Largest violation of a collocation equation, in scaled states.
-    error
-        How much states at the edges (in scaled states), duration and multipliers (relative to the
-        larger of one and the largest) differ from those on a mesh of half as many intervals. Their
-        own error is smaller. Infinite where Newton's method did not converge.
-    converged
-        Whether that is within the tolerance.
-    """
-
-    model: Model
-    period: int
-    edges: NDArray[np.float64]
-    states: NDArray[np.float64]
-    anchors: NDArray[np.float64]
-    duration: float
-    multipliers: Complex
-    mismatch: float
-    error: float
-    converged: bool
+    model: Annotated[Model, "The model; of a cycle, its ``duration`` is that of the guess."]
+    period: Annotated[int, "Period in forcing periods, or revolutions of a cycle."]
+    edges: Annotated[NDArray[np.float64], "Phases of the ends of the N intervals, shape (N + 1,)."]
+    states: Annotated[
+        NDArray[np.float64], "States at the beginning of each interval, shape (N, n_states)."
+    ]
+    anchors: Annotated[NDArray[np.float64], "States at `period` * j / M, shape (M, n_states)."]
+    duration: Annotated[float, "Duration of the whole orbit in seconds."]
+    multipliers: Annotated[
+        Complex,
+        "Floquet multipliers, largest modulus first, shape (n_states,); the one of a cycle's "
+        "own direction stands where the modulus falls below one.",
+    ]
+    mismatch: Annotated[float, "Largest violation of a collocation equation, in scaled states."]
+    error: Annotated[
+        float,
+        "How much states at the edges (in scaled states), duration and multipliers (relative to "
+        "the larger of one and the largest) differ from those on a mesh of half as many "
+        "intervals. Their own error is smaller. Infinite where Newton's method did not "
+        "converge.",
+    ]
+    converged: Annotated[bool, "Whether that is within the tolerance."]
 
     def _line(self) -> str:
         converged = "" if self.converged else "not "
@@ -90,29 +76,22 @@ class CollocatedOrbit(OneLine, ReadOnly):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OrbitCheck(OneLine):
-    """How far an orbit is from the same one by collocation; frozen.
+class OrbitCheck(OneLine, Documented):
+    """How far an orbit is from the same one by collocation; frozen."""
 
-    Parameters
-    ----------
-    collocated
-        The orbit by collocation, with its mesh and multipliers.
-    states
-        Largest difference of the states at the orbit's nodes, in scaled states.
-    duration
-        Difference of the durations, as a fraction.
-    multipliers
-        Largest difference of the multipliers, as a fraction of the largest or of one; those that
-        coincide are compared by their mean.
-    tolerance
-        What is allowed of each.
-    """
-
-    collocated: CollocatedOrbit
-    states: float
-    duration: float
-    multipliers: float
-    tolerance: float
+    collocated: Annotated[
+        CollocatedOrbit, "The orbit by collocation, with its mesh and multipliers."
+    ]
+    states: Annotated[
+        float, "Largest difference of the states at the orbit's nodes, in scaled states."
+    ]
+    duration: Annotated[float, "Difference of the durations, as a fraction."]
+    multipliers: Annotated[
+        float,
+        "Largest difference of the multipliers, as a fraction of the largest or of one; those "
+        "that coincide are compared by their mean.",
+    ]
+    tolerance: Annotated[float, "What is allowed of each."]
 
     @property
     def passed(self) -> bool:

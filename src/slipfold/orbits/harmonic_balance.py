@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,36 +48,6 @@ BALANCE = BalanceSettings()
 class HarmonicBalance(OneLine, ReadOnly):
     r"""A periodic orbit as a Fourier series, and how far another method is from it; frozen.
 
-    Parameters
-    ----------
-    model
-        The model; of a cycle, its ``duration`` is that of the guess.
-    period
-        Period in forcing periods, or revolutions of a cycle.
-    harmonics
-        Complex coefficients :math:`X_h` of the states in their own units, h = 0 ... H, shape
-        (H + 1, n_states): :math:`x = X_0 + 2 \mathrm{Re} \sum_h X_h e^{2 \pi i h t / T}` with the
-        duration T of the whole orbit.
-    seconds
-        Duration of the whole orbit in seconds.
-    floquet
-        Floquet multipliers by Hill's determinant, in the order of the orbit's, shape (n_states,).
-        Those below a tenth of the tolerance are the orbit's own, of 12 states and more all below
-        0.1.
-    truncation
-        How much the states at the nodes (scaled) and the multipliers (as below) change from two
-        thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. More if
-        rounding changes multipliers by more. Infinite where Newton's method did not converge.
-    states
-        Largest difference of the states at the orbit's nodes, in scaled states.
-    duration
-        Difference of the durations, as a fraction.
-    multipliers
-        Largest difference of the multipliers, as a fraction of the largest or of one; those that
-        coincide are compared by their mean.
-    tolerance
-        What is allowed of each.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -87,16 +57,38 @@ class HarmonicBalance(OneLine, ReadOnly):
     (True, 13)
     """
 
-    model: Model
-    period: int
-    harmonics: NDArray[np.complex128]
-    seconds: float
-    floquet: NDArray[np.complex128]
-    truncation: float
-    states: float
-    duration: float
-    multipliers: float
-    tolerance: float
+    model: Annotated[Model, "The model; of a cycle, its ``duration`` is that of the guess."]
+    period: Annotated[int, "Period in forcing periods, or revolutions of a cycle."]
+    harmonics: Annotated[
+        NDArray[np.complex128],
+        r"Complex coefficients :math:`X_h` of the states in their own units, h = 0 ... H, shape "
+        r"(H + 1, n_states): :math:`x = X_0 + 2 \mathrm{Re} \sum_h X_h e^{2 \pi i h t / T}` with "
+        r"the duration T of the whole orbit.",
+    ]
+    seconds: Annotated[float, "Duration of the whole orbit in seconds."]
+    floquet: Annotated[
+        NDArray[np.complex128],
+        "Floquet multipliers by Hill's determinant, in the order of the orbit's, shape "
+        "(n_states,). Those below a tenth of the tolerance are the orbit's own, of 12 states "
+        "and more all below 0.1.",
+    ]
+    truncation: Annotated[
+        float,
+        "How much the states at the nodes (scaled) and the multipliers (as below) change from "
+        "two thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. "
+        "More if rounding changes multipliers by more. Infinite where Newton's method did not "
+        "converge.",
+    ]
+    states: Annotated[
+        float, "Largest difference of the states at the orbit's nodes, in scaled states."
+    ]
+    duration: Annotated[float, "Difference of the durations, as a fraction."]
+    multipliers: Annotated[
+        float,
+        "Largest difference of the multipliers, as a fraction of the largest or of one; those "
+        "that coincide are compared by their mean.",
+    ]
+    tolerance: Annotated[float, "What is allowed of each."]
 
     @property
     def passed(self) -> bool:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from slipfold.models.levels import POWERS, reference_of, unit_of
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema, revolutions_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
+from slipfold.read_only import Documented
 from slipfold.text import (
     OneLine,
     PrintedTable,
@@ -61,11 +62,6 @@ class Measured:
         ----------
         output
             A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
         """
         raise NotImplementedError
 
@@ -82,11 +78,6 @@ class Measured:
         ----------
         output
             A state or output of the model.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
 
         Examples
         --------
@@ -116,11 +107,6 @@ class Measured:
             A state or output of the model.
         number
             That of the harmonic: its frequency is so many times that of the forcing, or of a cycle.
-
-        Raises
-        ------
-        InputError
-            If there is no such output, or if the number is no whole number from 1.
         """
         if not (number >= 1 and number % 1 == 0):
             raise InputError(f"no harmonic {number!r} of {output!r}; give a whole number from 1")
@@ -145,12 +131,6 @@ class Measured:
         reference
             In the unit of the output, or text with a unit, such as ``"1 um"``; that of ISO 1683 if
             None: 1 pm, 1 nm/s, 1 um/s^2, 1 uN, 20 uPa, 1 pJ or 1 pW.
-
-        Raises
-        ------
-        InputError
-            If there is no such output, if the reference has another unit, or if none is given for
-            an output without a standard one.
         """
 
         def level(orbit: PeriodicOrbit) -> float:
@@ -173,21 +153,8 @@ def measured_of(given: Measured, measure: str, output: str) -> Array:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit(Measured, OneLine):
+class PeriodicOrbit(Measured, OneLine, Documented):
     """A periodic orbit, forced or a cycle of an autonomous model; frozen.
-
-    Parameters
-    ----------
-    model
-        The model with the parameter values of the orbit.
-    period
-        Period in forcing periods.
-    nodes
-        States at `period` * j / m for j = 0 ... m - 1, shape (m, n_states).
-    multipliers
-        Floquet multipliers, complex, shape (n_states,), largest modulus first.
-    residual
-        How far the orbit fails to close, in scaled states.
 
     Examples
     --------
@@ -199,11 +166,16 @@ class PeriodicOrbit(Measured, OneLine):
     -1.164144
     """
 
-    model: Model
-    period: int
-    nodes: NDArray[np.float64]
-    multipliers: NDArray[np.complex128]
-    residual: float
+    model: Annotated[Model, "The model with the parameter values of the orbit."]
+    period: Annotated[int, "Period in forcing periods."]
+    nodes: Annotated[
+        NDArray[np.float64], "States at `period` * j / m for j = 0 ... m - 1, shape (m, n_states)."
+    ]
+    multipliers: Annotated[
+        NDArray[np.complex128],
+        "Floquet multipliers, complex, shape (n_states,), largest modulus first.",
+    ]
+    residual: Annotated[float, "How far the orbit fails to close, in scaled states."]
 
     def _line(self) -> str:
         judged = multipliers_text(self.multipliers, cycle=not self.model.forced)

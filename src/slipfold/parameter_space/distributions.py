@@ -17,6 +17,7 @@ from slipfold.errors import InputError, unknown
 from slipfold.models.definitions.tables import validated
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import parse_quantity
+from slipfold.read_only import Documented
 
 SINGULAR = 1e-10
 """Eigenvalue of a correlation matrix that counts as zero: then parameters determine each other."""
@@ -99,30 +100,21 @@ def _inside(fractions: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Distribution:
-    """The distribution of a parameter about its value; frozen.
+class Distribution(Documented):
+    """The distribution of a parameter about its value; frozen."""
 
-    Parameters
-    ----------
-    name
-        The parameter.
-    kind
-        ``"normal"``, ``"uniform"`` or ``"lognormal"``.
-    mean
-        Its mean; the median if lognormal.
-    size
-        Standard deviation if normal, half the width if uniform, in the unit of the parameter;
-        standard deviation of the natural logarithm if lognormal.
-    low, high
-        Ends at which a normal distribution is truncated, in the unit of the parameter.
-    """
-
-    name: str
-    kind: str
-    mean: float
-    size: float
-    low: float = -math.inf
-    high: float = math.inf
+    name: Annotated[str, "The parameter."]
+    kind: Annotated[str, '``"normal"``, ``"uniform"`` or ``"lognormal"``.']
+    mean: Annotated[float, "Its mean; the median if lognormal."]
+    size: Annotated[
+        float,
+        "Standard deviation if normal, half the width if uniform, in the unit of the parameter; "
+        "standard deviation of the natural logarithm if lognormal.",
+    ]
+    low: Annotated[
+        float, "Ends at which a normal distribution is truncated, in the unit of the parameter."
+    ] = -math.inf
+    high: Annotated[float, ""] = math.inf
 
     @cached_property
     def _law(self) -> Any:

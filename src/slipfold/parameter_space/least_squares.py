@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from slipfold.parameter_space.explanation import LIMITS, Explanation, Weighted
 from slipfold.parameter_space.measurement import Measurement
 from slipfold.parameter_space.stable_orbits import covariance_of
 from slipfold.progress import Observer, Progress
+from slipfold.read_only import Documented
 
 Report = Callable[[Explanation], None]
 
@@ -223,36 +224,26 @@ class Profile:
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
-    """A fitted parameter.
+class Estimate(Documented):
+    """A fitted parameter."""
 
-    Parameters
-    ----------
-    name, unit
-        Its name and unit.
-    value
-        Its fitted value.
-    error
-        Its standard error, of the model linearized about the result; infinite if the measurements
-        do not determine it.
-    low, high
-        Ends of the interval of 95 % confidence, from the profile of the sum of squares; a bound
-        where it is open there.
-    lower_bound, upper_bound
-        Bounds that were given.
-    correlation
-        With each of the fitted parameters, shape (p,).
-    """
-
-    name: str
-    unit: str
-    value: float
-    error: float
-    low: float
-    high: float
-    lower_bound: float
-    upper_bound: float
-    correlation: Array
+    name: Annotated[str, "Its name and unit."]
+    unit: Annotated[str, ""]
+    value: Annotated[float, "Its fitted value."]
+    error: Annotated[
+        float,
+        "Its standard error, of the model linearized about the result; infinite if the "
+        "measurements do not determine it.",
+    ]
+    low: Annotated[
+        float,
+        "Ends of the interval of 95 % confidence, from the profile of the sum of squares; a "
+        "bound where it is open there.",
+    ]
+    high: Annotated[float, ""]
+    lower_bound: Annotated[float, "Bounds that were given."]
+    upper_bound: Annotated[float, ""]
+    correlation: Annotated[Array, "With each of the fitted parameters, shape (p,)."]
 
 
 @dataclass(frozen=True, eq=False)

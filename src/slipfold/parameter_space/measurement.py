@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from slipfold.errors import InputError, unknown
 from slipfold.models.model import Model
 from slipfold.models.units import units_of
 from slipfold.orbits.extrema import Extrema
-from slipfold.read_only import ReadOnly
+from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, number_text
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
@@ -27,22 +27,15 @@ MEASURES = ("max", "min", "peak_to_peak", "modulus")
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """What is measured of an output over a period of the response.
+class Quantity(Documented):
+    """What is measured of an output over a period of the response."""
 
-    Parameters
-    ----------
-    measure
-        ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"modulus"``, the largest absolute value.
-    output
-        A state or output of the model.
-    unit
-        Its unit.
-    """
-
-    measure: str
-    output: str
-    unit: str
+    measure: Annotated[
+        str,
+        '``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"modulus"``, the largest absolute value.',
+    ]
+    output: Annotated[str, "A state or output of the model."]
+    unit: Annotated[str, "Its unit."]
 
     def __str__(self) -> str:
         """Return it as columns are headed, without its unit."""
@@ -84,26 +77,6 @@ class Measurement(OneLine, ReadOnly):
 
     Made by `slipfold.read_measurement` and `slipfold.measure`.
 
-    Parameters
-    ----------
-    vary
-        Name of the parameter over which it was measured.
-    unit
-        Its unit.
-    values
-        Its values, shape (m,).
-    quantities
-        What was measured, q of them.
-    measured
-        What was read, shape (m, q); NaN where nothing was.
-    errors
-        Standard deviations of the measurements, shape (m, q); NaN where they are not known.
-    sweep
-        ``"up"``, ``"down"`` or ``""`` for each row: how the parameter reached its value.
-    stopped
-        Why `slipfold.measure` took no more measurements: where the trajectory ended at a limit;
-        None if it did not.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -112,14 +85,24 @@ class Measurement(OneLine, ReadOnly):
     [[0.10727], [0.15321]]
     """
 
-    vary: str
-    unit: str
-    values: Array
-    quantities: tuple[Quantity, ...]
-    measured: Array
-    errors: Array
-    sweep: tuple[str, ...]
-    stopped: str | None = None
+    vary: Annotated[str, "Name of the parameter over which it was measured."]
+    unit: Annotated[str, "Its unit."]
+    values: Annotated[Array, "Its values, shape (m,)."]
+    quantities: Annotated[tuple[Quantity, ...], "What was measured, q of them."]
+    measured: Annotated[Array, "What was read, shape (m, q); NaN where nothing was."]
+    errors: Annotated[
+        Array,
+        "Standard deviations of the measurements, shape (m, q); NaN where they are not known.",
+    ]
+    sweep: Annotated[
+        tuple[str, ...],
+        '``"up"``, ``"down"`` or ``""`` for each row: how the parameter reached its value.',
+    ]
+    stopped: Annotated[
+        str | None,
+        "Why `slipfold.measure` took no more measurements: where the trajectory ended at a "
+        "limit; None if it did not.",
+    ] = None
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -132,11 +115,6 @@ class Measurement(OneLine, ReadOnly):
         ----------
         measure, output
             What was measured, e.g. ``"max"`` of ``"y"``.
-
-        Raises
-        ------
-        InputError
-            If that was not measured.
         """
         for column, item in enumerate(self.quantities):
             if (item.measure, item.output) == (measure, output):
@@ -167,11 +145,6 @@ class Measurement(OneLine, ReadOnly):
         ----------
         path
             The file.
-
-        Raises
-        ------
-        InputError
-            If it cannot be written.
         """
         try:
             Path(path).write_text(csv_of(self), encoding="utf-8")
@@ -220,11 +193,6 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
     -------
     Measurement
         The measurements in SI units.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or says something that the model does not know.
     """
     try:
         text = Path(path).read_text(encoding="utf-8-sig")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.parameter_space.distributions import Distribution, correlated
 from slipfold.parameter_space.optimum import NoSolutionError, ParameterizedPoint
+from slipfold.read_only import Documented
 
 
 def drawn(
@@ -73,26 +75,18 @@ SALTELLI = "saltelli"
 
 
 @dataclass(frozen=True, eq=False)
-class SobolIndices:
-    """Fractions of a variance that distributed parameters account for; frozen.
+class SobolIndices(Documented):
+    """Fractions of a variance that distributed parameters account for; frozen."""
 
-    Parameters
-    ----------
-    names
-        The parameters.
-    first
-        Fraction that each accounts for individually, shape (d,).
-    total
-        Fraction that it accounts for, including interactions with others, shape (d,).
-    first_error, total_error
-        Half the widths of their intervals of 95 % confidence, shape (d,).
-    """
-
-    names: tuple[str, ...]
-    first: Array
-    total: Array
-    first_error: Array
-    total_error: Array
+    names: Annotated[tuple[str, ...], "The parameters."]
+    first: Annotated[Array, "Fraction that each accounts for individually, shape (d,)."]
+    total: Annotated[
+        Array, "Fraction that it accounts for, including interactions with others, shape (d,)."
+    ]
+    first_error: Annotated[
+        Array, "Half the widths of their intervals of 95 % confidence, shape (d,)."
+    ]
+    total_error: Annotated[Array, ""]
 
 
 def index_design(

@@ -225,11 +225,6 @@ class Diagram(CurveDiagram):
         outputs
             States or outputs of which to show maximum and minimum over the continuous orbit; the
             model's `tabulated` if None. What is constant in all orbits has one column.
-
-        Raises
-        ------
-        InputError
-            For an unknown output.
         """
         return self._text(self._sections(outputs))
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from datetime import UTC, datetime
 from functools import cache, cached_property
 from types import NoneType, UnionType
-from typing import Any, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
+from slipfold.read_only import Documented
 from slipfold.results.checks.checked import Checked
 from slipfold.results.tables import LabeledTable
 from slipfold.version import package_version
@@ -113,25 +114,18 @@ def finite(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Provenance:
-    """Versions that computed a result, and when.
+class Provenance(Documented):
+    """Versions that computed a result, and when."""
 
-    Parameters
-    ----------
-    slipfold, heyoka, numpy, python
-        Versions.
-    computed
-        When the computation ended: UTC, ISO 8601; None of a study, which ends more than once.
-    seconds
-        How long it took; likewise.
-    """
-
-    slipfold: str
-    heyoka: str
-    numpy: str
-    python: str
-    computed: str | None = None
-    seconds: float | None = None
+    slipfold: Annotated[str, "Versions."]
+    heyoka: Annotated[str, ""]
+    numpy: Annotated[str, ""]
+    python: Annotated[str, ""]
+    computed: Annotated[
+        str | None,
+        "When the computation ended: UTC, ISO 8601; None of a study, which ends more than once.",
+    ] = None
+    seconds: Annotated[float | None, "How long it took; likewise."] = None
 
     def attributes(self) -> dict[str, Any]:
         """Return it as attributes of a file."""

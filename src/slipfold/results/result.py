@@ -92,7 +92,7 @@ class Result(OneLine, ReadOnly, ABC):
     @classmethod
     def _field_text(cls, name: str, hint: Any) -> str:
         part = cls.arrays.get(name)
-        text = super()._field_text(name, hint) or ("" if part is None else part.described())
+        text = super()._field_text(name, hint) if part is None else part.described()
         return text or USUAL[name]
 
     @classmethod
@@ -136,11 +136,6 @@ class Result(OneLine, ReadOnly, ABC):
         -------
         matplotlib.axes.Axes or ndarray of them
             The axes.
-
-        Raises
-        ------
-        InputError
-            For an unknown output, kind or option, or a result that has no figure.
         """
         return draw(self, output, kind, **options)
 
@@ -183,11 +178,6 @@ class Result(OneLine, ReadOnly, ABC):
         path
             The file, ``....nc``; also ``.nc4``, ``.h5`` and ``.hdf5``. It is written whole or not
             at all.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written, or has another suffix.
         """
         check_writable(path, NETCDF)
         write_file(path, self._table().to_netcdf())
@@ -199,11 +189,6 @@ class Result(OneLine, ReadOnly, ABC):
         ----------
         path
             The file. It is written whole or not at all.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
         """
         write_file(path, self._frame().to_csv().encode())
 

@@ -288,11 +288,6 @@ class RegimeMap(Result):
         -------
         dict
             What the trajectory of each run does, as far as there is one.
-
-        Raises
-        ------
-        InputError
-            If these are not the parameters of the plane.
         """
         if set(values) != set(self.axes):
             raise InputError(f"{', '.join(values)} is not {' and '.join(self.axes)}; give these")
@@ -413,11 +408,6 @@ class Sweep(Result):
         ----------
         name
             Its name.
-
-        Raises
-        ------
-        InputError
-            If there is none of that name.
         """
         return run_index(self.runs, name)
 

@@ -181,11 +181,6 @@ class ThresholdUncertainty(Result):
         -------
         tuple of float
             Its ends, in the unit of the threshold.
-
-        Raises
-        ------
-        InputError
-            If `level` is not between 0 and 1, or `by` is unknown.
         """
         if not 0 < level < 1:
             raise InputError(f"level = {level!r} is no probability; give one between 0 and 1")

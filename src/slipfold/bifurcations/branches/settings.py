@@ -96,11 +96,6 @@ class Event:
     stop
         Whether the branch ends there.
 
-    Raises
-    ------
-    InputError
-        For an unknown measure, and for a parameter without a value.
-
     Examples
     --------
     >>> Event("x", 0.3)

@@ -4,39 +4,33 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.read_only import ReadOnly
+from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
 @dataclass(frozen=True, repr=False)
-class RegionCheck(OneLine):
-    """A simulation at one place of a region, compared with its label.
+class RegionCheck(OneLine, Documented):
+    """A simulation at one place of a region, compared with its label."""
 
-    Parameters
-    ----------
-    values
-        Values of the two parameters.
-    start
-        ``"rest"``, or the stable orbit whose neighborhood it started in, e.g. ``"period 1"``, or
-        ``"elsewhere"``: motions from states far off are listed if they find what the label lacks.
-    settled
-        Period in forcing periods of what the motion settled to; 0 if it did not become periodic,
-        or left the model's limits.
-    agrees
-        Whether that fits the label.
-    note
-        A sentence that says what happened.
-    """
-
-    values: tuple[float, float]
-    start: str
-    settled: int
-    agrees: bool
-    note: str
+    values: Annotated[tuple[float, float], "Values of the two parameters."]
+    start: Annotated[
+        str,
+        '``"rest"``, or the stable orbit whose neighborhood it started in, e.g. ``"period 1"``, '
+        'or ``"elsewhere"``: motions from states far off are listed if they find what the label '
+        "lacks.",
+    ]
+    settled: Annotated[
+        int,
+        "Period in forcing periods of what the motion settled to; 0 if it did not become "
+        "periodic, or left the model's limits.",
+    ]
+    agrees: Annotated[bool, "Whether that fits the label."]
+    note: Annotated[str, "A sentence that says what happened."]
 
     def _line(self) -> str:
         verdict = "agrees" if self.agrees else "disagrees"
@@ -54,26 +48,19 @@ class RegionCheck(OneLine):
 
 
 @dataclass(frozen=True, repr=False)
-class RegionMotion(OneLine):
-    """What the motion from the model's start does at one place of a region.
+class RegionMotion(OneLine, Documented):
+    """What the motion from the model's start does at one place of a region."""
 
-    Parameters
-    ----------
-    values
-        Values of the two parameters.
-    kind
-        ``"periodic"``, ``"torus"``, ``"chaos"``, ``"sticks"``, ``"stopped"`` at a limit of the
-        model, or ``"undecided"``, as in `slipfold.RegimeMap`.
-    period
-        Period in forcing periods; 0 of what does not repeat.
-    exponent
-        Largest Lyapunov exponent, a forcing period, where it was needed; else None.
-    """
-
-    values: tuple[float, float]
-    kind: str
-    period: int = 0
-    exponent: float | None = None
+    values: Annotated[tuple[float, float], "Values of the two parameters."]
+    kind: Annotated[
+        str,
+        '``"periodic"``, ``"torus"``, ``"chaos"``, ``"sticks"``, ``"stopped"`` at a limit of '
+        'the model, or ``"undecided"``, as in `slipfold.RegimeMap`.',
+    ]
+    period: Annotated[int, "Period in forcing periods; 0 of what does not repeat."] = 0
+    exponent: Annotated[
+        float | None, "Largest Lyapunov exponent, a forcing period, where it was needed; else None."
+    ] = None
 
     def _line(self) -> str:
         return f"RegionMotion at {_place(self.values)}: {self.name}"
@@ -85,45 +72,42 @@ class RegionMotion(OneLine):
 
 
 @dataclass(frozen=True, repr=False)
-class Region(OneLine):
-    """A connected part of the plane in which the same stable responses exist.
+class Region(OneLine, Documented):
+    """A connected part of the plane in which the same stable responses exist."""
 
-    Parameters
-    ----------
-    id
-        Number within the map, from 1.
-    stable
-        Periods of the stable responses, e.g. ``(1, 2)``, or ``(1, 1)`` for two of period 1; empty
-        if there are none of period 1 or 2. Not to be relied on where the region is not `known`.
-    fraction
-        Its fraction of the window's area.
-    place
-        Values of the two parameters well inside it.
-    consistent
-        Whether all responses computed across the region agree on its label, and none of them has
-        a pitchfork inside it.
-    checks
-        Simulations; one of its `motions` is among them where these contradict its label.
-    sticking
-        Periods of its stable responses in which contacts stop, as simulations show; empty if there
-        are none.
-    stuck
-        Smallest and largest fraction of the time in which contacts of these responses stick, over
-        the simulations; zero where they reverse without sticking.
-    motions
-        Regimes of simulations in the region, where no response of period 1 or 2 is known to be
-        stable and regimes were requested.
-    """
-
-    id: int
-    stable: tuple[int, ...]
-    fraction: float
-    place: tuple[float, float]
-    consistent: bool = True
-    checks: tuple[RegionCheck, ...] = ()
-    motions: tuple[RegionMotion, ...] = ()
-    sticking: tuple[int, ...] = ()
-    stuck: tuple[float, float] = (0.0, 0.0)
+    id: Annotated[int, "Number within the map, from 1."]
+    stable: Annotated[
+        tuple[int, ...],
+        "Periods of the stable responses, e.g. ``(1, 2)``, or ``(1, 1)`` for two of period 1; "
+        "empty if there are none of period 1 or 2. Not to be relied on where the region is not "
+        "`known`.",
+    ]
+    fraction: Annotated[float, "Its fraction of the window's area."]
+    place: Annotated[tuple[float, float], "Values of the two parameters well inside it."]
+    consistent: Annotated[
+        bool,
+        "Whether all responses computed across the region agree on its label, and none of them "
+        "has a pitchfork inside it.",
+    ] = True
+    checks: Annotated[
+        tuple[RegionCheck, ...],
+        "Simulations; one of its `motions` is among them where these contradict its label.",
+    ] = ()
+    motions: Annotated[
+        tuple[RegionMotion, ...],
+        "Regimes of simulations in the region, where no response of period 1 or 2 is known to "
+        "be stable and regimes were requested.",
+    ] = ()
+    sticking: Annotated[
+        tuple[int, ...],
+        "Periods of its stable responses in which contacts stop, as simulations show; empty if "
+        "there are none.",
+    ] = ()
+    stuck: Annotated[
+        tuple[float, float],
+        "Smallest and largest fraction of the time in which contacts of these responses stick, "
+        "over the simulations; zero where they reverse without sticking.",
+    ] = (0.0, 0.0)
 
     def _line(self) -> str:
         agreeing = sum(check.agrees for check in self.checks)
@@ -201,24 +185,20 @@ class Region(OneLine):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RegionMap(OneLine, ReadOnly):
-    """The regions of a window; frozen.
+    """The regions of a window; frozen."""
 
-    Parameters
-    ----------
-    first, second
-        Values of the two parameters at the centers of the cells, shape (n1,) and (n2,).
-    labels
-        Number of the region each cell belongs to, shape (n2, n1); 0 where the parameters
-        contradict each other, or no label is known. Strips narrower than a few cells have the
-        label of what lies beside them.
-    regions
-        The regions, in the order of their numbers.
-    """
-
-    first: NDArray[np.float64]
-    second: NDArray[np.float64]
-    labels: NDArray[np.int64]
-    regions: tuple[Region, ...]
+    first: Annotated[
+        NDArray[np.float64],
+        "Values of the two parameters at the centers of the cells, shape (n1,) and (n2,).",
+    ]
+    second: Annotated[NDArray[np.float64], ""]
+    labels: Annotated[
+        NDArray[np.int64],
+        "Number of the region each cell belongs to, shape (n2, n1); 0 where the parameters "
+        "contradict each other, or no label is known. Strips narrower than a few cells have the "
+        "label of what lies beside them.",
+    ]
+    regions: Annotated[tuple[Region, ...], "The regions, in the order of their numbers."]
 
     def _line(self) -> str:
         size = f"{len(self.first)} x {len(self.second)} cells"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,24 +133,6 @@ class TorusSpectrum(SpectralLines, ReadOnly):
     Made by `TorusBranch.spectrum`. Lines lie at ``k f1 + l f2``. They come from the series of the
     torus and not from a trajectory of some length, so that none leaks into another, however near.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    names
-        The outputs; states come first.
-    frequencies
-        f1 and f2 in Hz: that of the orbit from which the tori emanate, i.e. of the forcing over
-        its period, and the modulation frequency, which is negative if the circle turns the other
-        way.
-    orders
-        Whole numbers k and l of each line, shape (m, 2). Of a line and its mirror image it is the
-        one at a positive frequency.
-    coefficients
-        Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs). A line
-        contributes ``Re(a exp(2 pi i f t))`` to the trajectory from the first state of the circle.
-        That of ``k = l = 0`` is the mean.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -161,11 +143,25 @@ class TorusSpectrum(SpectralLines, ReadOnly):
     [[1, -1], [1, 0], [1, -2]]
     """
 
-    model: Model
-    names: tuple[str, ...]
-    frequencies: tuple[float, float]
-    orders: NDArray[np.int64]
-    coefficients: NDArray[np.complex128]
+    model: Annotated[Model, "The model with its parameter values."]
+    names: Annotated[tuple[str, ...], "The outputs; states come first."]
+    frequencies: Annotated[
+        tuple[float, float],
+        "f1 and f2 in Hz: that of the orbit from which the tori emanate, i.e. of the forcing "
+        "over its period, and the modulation frequency, which is negative if the circle turns "
+        "the other way.",
+    ]
+    orders: Annotated[
+        NDArray[np.int64],
+        "Whole numbers k and l of each line, shape (m, 2). Of a line and its mirror image it is "
+        "the one at a positive frequency.",
+    ]
+    coefficients: Annotated[
+        NDArray[np.complex128],
+        "Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs). A line "
+        "contributes ``Re(a exp(2 pi i f t))`` to the trajectory from the first state of the "
+        "circle. That of ``k = l = 0`` is the mean.",
+    ]
 
     def _line(self) -> str:
         first, second = map(number_text, self.frequencies)
@@ -197,11 +193,6 @@ class TorusSpectrum(SpectralLines, ReadOnly):
             A state or output of the model.
         k, l
             Multiples of the two frequencies.
-
-        Raises
-        ------
-        InputError
-            If there is no such output or line.
         """
         column = self._column(name)
         same = (self.orders == (k, l)).all(axis=1) | (self.orders == (-k, -l)).all(axis=1)
@@ -227,11 +218,6 @@ class TorusSpectrum(SpectralLines, ReadOnly):
         -------
         matplotlib.axes.Axes
             The axes.
-
-        Raises
-        ------
-        InputError
-            For an unknown output.
         """
         return draw(self, output=output, **options)
 

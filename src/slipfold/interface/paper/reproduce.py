@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.errors import InputError
@@ -16,6 +16,7 @@ from slipfold.interface.paper.claims import Claim, Findings, claims_markdown, ju
 from slipfold.interface.paper.drawing import render
 from slipfold.interface.paper.tables import planes_markdown, thresholds_csv
 from slipfold.progress import Observer, Progress
+from slipfold.read_only import Documented
 from slipfold.results.writing import check_writable, write_file
 from slipfold.studies.executors import open_executor
 from slipfold.text import listed
@@ -31,28 +32,19 @@ Task = tuple[Any, Callable[..., Any], tuple[Any, ...]]
 
 
 @dataclass(frozen=True)
-class Reproduction:
-    """The files written, and the results missing.
+class Reproduction(Documented):
+    """The files written, and the results missing."""
 
-    Parameters
-    ----------
-    out
-        The folder.
-    written
-        Files, in the order in which they were written.
-    claims
-        The paper's claims, judged.
-    stopped
-        A sentence for each branch or locus that could not be followed to its end.
-    missing
-        Names of what was not finished; empty unless interrupted.
-    """
-
-    out: Path
-    written: tuple[Path, ...]
-    claims: tuple[Claim, ...]
-    stopped: tuple[str, ...] = ()
-    missing: tuple[str, ...] = ()
+    out: Annotated[Path, "The folder."]
+    written: Annotated[tuple[Path, ...], "Files, in the order in which they were written."]
+    claims: Annotated[tuple[Claim, ...], "The paper's claims, judged."]
+    stopped: Annotated[
+        tuple[str, ...],
+        "A sentence for each branch or locus that could not be followed to its end.",
+    ] = ()
+    missing: Annotated[
+        tuple[str, ...], "Names of what was not finished; empty unless interrupted."
+    ] = ()
 
     @property
     def interrupted(self) -> bool:

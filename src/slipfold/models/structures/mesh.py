@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from slipfold.drawing import draw
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import brief, is_whole
 from slipfold.models.structures.matrix_files import node_name
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
@@ -58,11 +59,6 @@ class Mesh(OneLine):
         line, triangle, quad, tetra, hexahedron and wedge.
     directions
         Axis x, y or z of each direction in the names of degrees of freedom; ``ux uy uz`` if None.
-
-    Raises
-    ------
-    InputError
-        If nodes, coordinates and elements do not fit each other.
 
     Examples
     --------
@@ -161,11 +157,6 @@ class Mesh(OneLine):
         -------
         Mesh
             The mesh.
-
-        Raises
-        ------
-        InputError
-            If a file cannot be read or names a node that is not there.
         """
         path = Path(path)
         if path.suffix.lower() != ".csv":
@@ -192,11 +183,6 @@ class Mesh(OneLine):
         -------
         Mesh
             Nodes of the others end in ``_s1``, ``_s2`` and so on.
-
-        Raises
-        ------
-        InputError
-            For another axis.
         """
         turns = turns_about(axis, sectors)
         size = len(self.nodes)
@@ -236,11 +222,6 @@ class Mesh(OneLine):
         -------
         Array
             Places, shape (m, 3).
-
-        Raises
-        ------
-        InputError
-            If no degree of freedom is that of a node.
         """
         known = {name: place for place, name in enumerate(names)}
         result = np.full((len(self.nodes), 3), -1, dtype=np.int64)
@@ -358,25 +339,18 @@ def _by_meshio(path: Path, directions: Mapping[str, str] | None) -> Mesh:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshShapes(OneLine):
+class MeshShapes(OneLine, Documented):
     """Displacements of the nodes of a mesh: modes of a structure, or its motion at some times.
 
     `plot` draws one of them: ``shape`` is its place, ``scale`` multiplies displacements, of which
     the largest is a tenth of the structure if None, and ``ax`` has the axes.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    displacements
-        In m, shape (k, m, 3); those of nodes without degrees of freedom are zero.
-    labels
-        What each of the k shapes is.
     """
 
-    mesh: Mesh
-    displacements: Array
-    labels: tuple[str, ...]
+    mesh: Annotated[Mesh, "The mesh."]
+    displacements: Annotated[
+        Array, "In m, shape (k, m, 3); those of nodes without degrees of freedom are zero."
+    ]
+    labels: Annotated[tuple[str, ...], "What each of the k shapes is."]
 
     @property
     def amplitude(self) -> MeshShapes:
@@ -411,11 +385,6 @@ class MeshShapes(OneLine):
         -------
         Path
             The path.
-
-        Raises
-        ------
-        InputError
-            If the path ends otherwise or cannot be written.
         """
         path = Path(path)
         if path.suffix != ".vtk":

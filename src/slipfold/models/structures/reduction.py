@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -22,11 +22,12 @@ from slipfold.models.structures.matrices import (
 )
 from slipfold.models.structures.receptance import Coordinates, FullStructure, LowestModes
 from slipfold.models.units import parse_quantity
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReductionReport(OneLine):
+class ReductionReport(OneLine, Documented):
     """What a reduction changes: natural frequencies and receptances, computed with all of it.
 
     A receptance is the displacement along one direction for a unit force along another, at one
@@ -37,22 +38,6 @@ class ReductionReport(OneLine):
     beside antiresonances. So the motion that given forces cause is wrong by this part, harmonic by
     harmonic, as far as the harmonics are in the band. How much more a response changes where it is
     sensitive to forces, at a fold or near a loss of stability, it does not say.
-
-    Parameters
-    ----------
-    frequencies
-        Natural ones of the reduced structure in Hz, shape (r,).
-    exact
-        The lowest of the full structure in Hz, shape (r,).
-    band
-        Highest frequency in Hz that the reduction is meant for.
-    whole
-        Number of degrees of freedom before the reduction.
-    receptance_error
-        Largest relative error of a receptance in the band; NaN without directions.
-    rounding
-        Relative change of the lowest natural frequency that the rounding of the stiffness matrix
-        to floats may cause: large for fine meshes of beams, where no reduction can be better.
 
     Examples
     --------
@@ -65,12 +50,19 @@ class ReductionReport(OneLine):
       2.02           2   0.01
     """
 
-    frequencies: Array
-    exact: Array
-    band: float
-    whole: int
-    receptance_error: float = math.nan
-    rounding: float = 0.0
+    frequencies: Annotated[Array, "Natural ones of the reduced structure in Hz, shape (r,)."]
+    exact: Annotated[Array, "The lowest of the full structure in Hz, shape (r,)."]
+    band: Annotated[float, "Highest frequency in Hz that the reduction is meant for."]
+    whole: Annotated[int, "Number of degrees of freedom before the reduction."]
+    receptance_error: Annotated[
+        float, "Largest relative error of a receptance in the band; NaN without directions."
+    ] = math.nan
+    rounding: Annotated[
+        float,
+        "Relative change of the lowest natural frequency that the rounding of the stiffness "
+        "matrix to floats may cause: large for fine meshes of beams, where no reduction can be "
+        "better.",
+    ] = 0.0
 
     @property
     def errors(self) -> Array:

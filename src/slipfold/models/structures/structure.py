@@ -107,11 +107,6 @@ class Structure(MechanicalModel):
         Parameter values; they go before those that the components hold. Numbers in SI units, or
         text with a unit.
 
-    Raises
-    ------
-    InputError
-        If a matrix, a name, a component or a value cannot be used.
-
     Examples
     --------
     A chain of two masses with a cubic spring and a force at its end:
@@ -232,11 +227,6 @@ class Structure(MechanicalModel):
         ----------
         tables
             Numbers, texts, lists and mappings.
-
-        Raises
-        ------
-        InputError
-            If something in them cannot be used.
         """
         return cls._read(Source(tables), None, "structure")
 
@@ -249,13 +239,7 @@ class Structure(MechanicalModel):
         return source.read(lambda parts: cls(**parts, **values), arguments)
 
     def to_tables(self) -> dict[str, Any]:
-        """Return the structure as tables of plain data, from which `from_tables` makes it again.
-
-        Raises
-        ------
-        InputError
-            For a friction law of a user's own, which cannot be found again by its name.
-        """
+        """Return the structure as tables of plain data, from which `from_tables` makes it again."""
         from slipfold.models.structures.files import structure_tables
 
         return {**structure_tables(self._assembly.given), "parameters": dict(self._values)}

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable
 
 
@@ -83,37 +84,32 @@ CHECKS = CheckSettings()
 
 
 @dataclass(frozen=True, repr=False)
-class Check(OneLine):
-    """One part of a result computed again by other means; frozen.
+class Check(OneLine, Documented):
+    """One part of a result computed again by other means; frozen."""
 
-    Parameters
-    ----------
-    name
-        What it is, and where, e.g. ``"PD of branch 1 at Nd = 0.0435789 N"``.
-    method
-        ``"collocation"``; ``"harmonic balance"`` where modes are too fast for that;
-        ``"quadrature"`` where the trajectory alone was compared with its equations; ``"other
-        steps"`` where it was integrated again, ``"implicit steps"`` where that is the only way;
-        ``"forces"`` where contact forces and events were compared with friction.
-    difference
-        Largest difference: of states in their scales or as a fraction of the largest of them, of
-        durations and multipliers as a fraction.
-        Infinite where it could not be computed again.
-    allowed
-        What its uncertainty allows, 1e-3 at most.
-    what
-        What differs: ``"states"``, ``"multipliers"``, or ``"forces"`` of contacts.
-    unknown
-        Difference of multipliers that cannot be known better, since errors as small as those of
-        the states change them as much; 0 where multipliers are compared.
-    """
-
-    name: str
-    method: str
-    difference: float
-    allowed: float
-    what: str = "states"
-    unknown: float = 0.0
+    name: Annotated[str, 'What it is, and where, e.g. ``"PD of branch 1 at Nd = 0.0435789 N"``.']
+    method: Annotated[
+        str,
+        '``"collocation"``; ``"harmonic balance"`` where modes are too fast for that; '
+        '``"quadrature"`` where the trajectory alone was compared with its equations; ``"other '
+        'steps"`` where it was integrated again, ``"implicit steps"`` where that is the only '
+        'way; ``"forces"`` where contact forces and events were compared with friction.',
+    ]
+    difference: Annotated[
+        float,
+        "Largest difference: of states in their scales or as a fraction of the largest of them, "
+        "of durations and multipliers as a fraction. Infinite where it could not be computed "
+        "again.",
+    ]
+    allowed: Annotated[float, "What its uncertainty allows, 1e-3 at most."]
+    what: Annotated[
+        str, 'What differs: ``"states"``, ``"multipliers"``, or ``"forces"`` of contacts.'
+    ] = "states"
+    unknown: Annotated[
+        float,
+        "Difference of multipliers that cannot be known better, since errors as small as those "
+        "of the states change them as much; 0 where multipliers are compared.",
+    ] = 0.0
 
     def __post_init__(self) -> None:
         """Allow no difference that leaves hardly a digit."""
@@ -140,17 +136,8 @@ class Check(OneLine):
 
 
 @dataclass(frozen=True, repr=False)
-class Checked(OneLine):
+class Checked(OneLine, Documented):
     """Parts of a result that were computed again by other means; frozen.
-
-    Parameters
-    ----------
-    checks
-        What was checked.
-    remark
-        What pieces that agree do not prove of the whole trajectory; empty if nothing.
-    interrupted
-        Whether the computation was interrupted before all was checked.
 
     Examples
     --------
@@ -160,9 +147,13 @@ class Checked(OneLine):
     checked: 4 of 4 agree to 1e-12
     """
 
-    checks: tuple[Check, ...]
-    remark: str = ""
-    interrupted: bool = False
+    checks: Annotated[tuple[Check, ...], "What was checked."]
+    remark: Annotated[
+        str, "What pieces that agree do not prove of the whole trajectory; empty if nothing."
+    ] = ""
+    interrupted: Annotated[
+        bool, "Whether the computation was interrupted before all was checked."
+    ] = False
 
     @property
     def count(self) -> int:
