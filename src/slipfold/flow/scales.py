@@ -227,6 +227,7 @@ def measured(
     start = model.start if start is None else start
     flow = _differentiable(model, start)
     looks = [_View(item, flow, start) for item in (model, *also)]
+    looks = [look for look in looks if look.rests] or looks
     sizes = np.full(len(model.states), np.nan)
     looks_at = looks[: 1 if motion is not None else None]
     for look in looks_at:
@@ -324,6 +325,13 @@ class _View:
         zero = 1e-15 * np.maximum(np.abs(start), ratios * guess)
         state = np.where(np.abs(state) < zero, 0.0, state)
         return np.where(np.isfinite(state), state, start)
+
+    @cached_property
+    def rests(self) -> bool:
+        """Whether there is a state of rest: beyond a fold there is none, and nothing is near it."""
+        if self.model.forced or self.flow is not flow_of(self.model):  # friction holds it
+            return True
+        return not (self.rest == self.start).all() or not self._around(self.start)[0].any()
 
     @cached_property
     def slopes(self) -> Array:
