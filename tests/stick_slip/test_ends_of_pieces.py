@@ -1,5 +1,7 @@
 """Where a smooth piece of a branch ends: an estimate saves points, and changes no result."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ import slipfold as sf
 from helpers.dry_friction import den_hartog
 from slipfold.bifurcations.branches import switching_boundaries
 from slipfold.continuation import pieces
+from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 
 def test_end_of_piece_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,6 +37,21 @@ def test_end_of_piece_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
     bisected, estimated = counts
     assert 3 * estimated <= bisected
     assert np.linalg.norm(ends[1] - ends[0]) < 4 * pieces.PIECE.close
+
+
+def test_derivatives_are_those_of_the_piece_of_a_point() -> None:
+    """A last correction of 1e-10 may lead to the next piece, where multipliers are others."""
+    model, found = den_hartog(0.6, 0.5), []
+    orbits = ForcedOrbits(model, {"f": 0.1}, 1, 1, SwitchedShooting)
+    for f in (0.08, 0.12):
+        orbit = sf.periodic_orbit(model.replace(f=f))
+        z = orbits.unknown(orbit.nodes[:1], orbit.model)
+        found.append(pieces.correct(orbits, z, np.eye(len(z))[-1]))
+    stuck, slips = found
+    crossed = replace(slips, linearization=stuck.linearization, bordered=stuck.bordered)
+    own, point = (orbits.point(item, 0.0) for item in (slips, crossed))
+    assert point.multipliers == pytest.approx(own.multipliers, rel=1e-9)
+    assert point.tangent == pytest.approx(own.tangent, rel=1e-9)
 
 
 @pytest.mark.parametrize("span", [(0.9, 2.5), (3.0, 0.9)])

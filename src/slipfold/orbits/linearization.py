@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from math import isfinite, log, sqrt
@@ -254,6 +254,7 @@ class Linearization:
     watched: Callable[[Linearization], Array] | None = None
     # The blocks without what decays within a segment, shape (m, n, n); None where they are as good
     settled: Array | None = None
+    piece: Hashable = None  # smooth piece of the curve that they are derivatives on
 
     @staticmethod
     def blend(parts: Sequence[Linearization], weights: Array) -> Linearization:

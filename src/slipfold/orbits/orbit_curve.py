@@ -184,6 +184,10 @@ class OrbitCurve(Curve[OrbitPoint]):
         has the same sign for that row as for the tangent, so one matrix gives both.
         """
         linearization, bordered = correction.linearization, correction.bordered
+        piece = self.orbits.piece(correction.z)
+        if linearization.piece != piece:  # the last step led from one piece to the next
+            linearization = self.linearize(correction.z)
+            bordered = linearization.bordered(bordered.tangent())
         tangent = bordered.tangent()
         multipliers = self.orbits.eigenvalues(correction.z, linearization)
         return OrbitPoint(
@@ -195,7 +199,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             correction.residual,
             bordered.volume,
             linearization,
-            piece=self.orbits.piece(correction.z),
+            piece=piece,
             curve=self,
             monodromy=linearization.monodromy,
             multipliers=multipliers,
@@ -310,7 +314,7 @@ class Orbits(OrbitCurve):
         transitions = self.by.transitions(nodes, constants)
         settled = self.by.settled(transitions[1], nodes, constants)
         watched = None if self.spectrum.of_product else self.spectrum.matrix
-        return Linearization(*transitions, self.conditions(z), watched, settled)
+        return Linearization(*transitions, self.conditions(z), watched, settled, self.piece(z))
 
     @abstractmethod
     def slope(
