@@ -1,6 +1,7 @@
 """Loci of equilibria against closed forms: Routh-Hurwitz, Bogdanov-Takens and Bautin."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -78,35 +79,6 @@ def test_lyapunov_coefficient_along_the_locus_is_that_of_the_branch():
         there = point_of(model_named("lure"), "a", (a + 0.2, a - 0.1), "HB", b=1 / a)
         assert there.value == pytest.approx(a, abs=1e-10)
         assert locus.coefficient[row] == pytest.approx(there.coefficient, rel=1e-7)
-
-
-def test_lorenz_hopf_locus():
-    # rho = sigma (sigma + beta + 3)/(sigma - beta - 1), subcritical.
-    wing = sf.System(
-        name="lorenz-wing",
-        parameters={"sigma": 10.0, "rho": 20.0, "beta": 8 / 3},
-        states={
-            "x": {"rate": "sigma*(y - x)", "start": 7.1},
-            "y": {"rate": "x*(rho - z) - y", "start": 7.1},
-            "z": {"rate": "x*y - beta*z", "start": 19},
-        },
-    )
-    point = point_of(wing, "rho", (20, 26), "HB")
-    beta = 8 / 3
-    for plane, window in (
-        (("rho", "sigma"), ((15, 60), (6, 30))),
-        (("sigma", "rho"), ((6, 30), (15, 60))),
-    ):
-        (locus,) = sf.locus(point, plane, window).loci
-        sigma, rho = locus.values.T[:: 1 if plane[0] == "sigma" else -1]
-        assert rho == pytest.approx(sigma * (sigma + beta + 3) / (sigma - beta - 1), rel=1e-11)
-        assert locus.subcritical.all()
-        assert np.ptp(sigma) > 10
-        # Where the locus turns in rho: d/dsigma of the formula above is zero.
-        (turn,) = specials(locus, "MIN")
-        sigma = turn.values[plane.index("sigma")]
-        slope = (2 * sigma + beta + 3) * (sigma - beta - 1) - sigma * (sigma + beta + 3)
-        assert slope == pytest.approx(0, abs=1e-9 * sigma**2)
 
 
 def test_hopf_locus_ends_at_bogdanov_takens():
@@ -242,16 +214,31 @@ def test_all_equilibria_that_motions_settle_on_are_followed():
 
 
 @pytest.mark.parametrize("place", [2, 40])  # where the middle of the window is at the fold
-def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed(place, monkeypatch):
+def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed(place):
     # Motions from x = 0 stay there, and so do equilibria across the window.
     rates = {"x": f"-x*((x - {place})^2 + b^2 - a)"}
     given = sf.System(parameters={"a": 0, "b": 0}, states=rates), ("a", "b"), ((-1, 1), (-0.8, 0.8))
     (fold,) = sf.bifurcation_set(*given, regions=False).loci
     assert fold.values[:, 0] == pytest.approx(fold.values[:, 1] ** 2, abs=1e-12)
     assert fold.values[[0, -1], 1] == pytest.approx([-0.8, 0.8])
-    monkeypatch.setattr(follow._Loci, "start", lambda *given: sf.InputError("no locus"))
-    found = sf.bifurcation_set(*given, regions=False)
-    assert (found.loci, set(found.missing)) == ((), {"no locus"})
+
+
+def test_refused_points_are_told_unless_a_locus_passes_them(monkeypatch):
+    model = sf.System(parameters={"a": 0, "b": 0}, states={"x": "a + x - x^3", "y": "b - y"})
+    start, folds = follow._Loci.start, []
+
+    def refused(loci, curve, z, point):
+        folds.append(point.value)
+        known = folds[-1] > 0 and sum(fold > 0 for fold in folds) > 1  # all but the first
+        return start(loci, curve, z, point) if known else sf.InputError("no start")
+
+    monkeypatch.setattr(follow._Loci, "start", refused)
+    found = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-1, 1)), regions=False)
+    (locus,) = found.loci
+    assert locus.values[:, 0] == pytest.approx(2 / 27**0.5)
+    told = re.compile("the locus of the LP at a = -0.3849, .* was not followed: no start")
+    assert found.missing
+    assert all(map(told.fullmatch, found.missing))
 
 
 def test_an_island_of_equilibria_between_lines_is_found():

@@ -18,7 +18,7 @@ from slipfold.bifurcations.loci.into_stick import (
     unfinished,
     without_duplicates,
 )
-from slipfold.bifurcations.loci.isolated import follow_isolated
+from slipfold.bifurcations.loci.isolated import PERIODS, follow_isolated
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.loci.region_map import RegionMap
 from slipfold.bifurcations.loci.regions import map_regions
@@ -31,8 +31,6 @@ from slipfold.progress import Observer
 
 LINES = (11, 5)
 """Numbers of lines across the window in each direction; loci start on the responses there."""
-
-PERIODS = (1, 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -228,11 +228,10 @@ def follow_found(
     in slip end where contacts begin to stick, or continue through stick.
     """
     work: _Loci | None = None
-    refusals: list[InputError] = []
+    refusals: list[tuple[SpecialPoint, LocusEquations, NDArray[np.float64], InputError]] = []
     for point in points:
         given = point.model, vary, window, settings, observer, types, largest_period
         work = work or _Loci(*given, through_stick=through_stick, events=events)
-        sticks = through_stick and point.stuck_fraction >= 0
         try:
             curve, z = work.taken_up(point)
         except InputError as error:
@@ -246,22 +245,18 @@ def follow_found(
         if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:
             start = work.start(curve, z, point)
             if isinstance(start, InputError):
-                if sticks:
-                    remarks.append(_without_locus(point, vary, start))
-                else:
-                    refusals.append(start)
-                    if point.several:
-                        remarks.append(SEVERAL)
+                refusals.append((point, curve, z, start))
                 continue
             work.explore(start)
         if work.interrupted:
             break
     if work is None:
         return ()
-    if refusals and not work.curves:  # one point among many may be known too badly to start from
-        if not through_stick:
-            raise refusals[0]
-        remarks += map(str, refusals)  # a set without them is a result
+    if refusals and not (work.curves or through_stick):  # a set without loci is a result
+        raise refusals[0][-1]
+    for point, curve, z, refusal in refusals:
+        if work.passing(curve, z) is None:  # nor does a locus that was followed later
+            remarks.append(SEVERAL if point.several else _without_locus(point, vary, refusal))
     return as_loci(work.curves, work.leads, work.report_described)
 
 
@@ -328,7 +323,8 @@ class _Loci(CurveSet[OrbitPoint]):
         """
         widths = [high - low for low, high in self._window]
         plane = dict(zip(self._vary, widths, strict=True))
-        own = self._base.replace(**_own(point.model))
+        given = {name: point.model.values[name] for name in OWN if not point.model.forced}
+        own = self._base.replace(**given)
         kind = "rests" if rests(point.model, point.nodes) else "moves"
         base = self._bases.setdefault(kind, own)
         orbits, z = as_unknown(point, base, plane, self._settings)
@@ -503,9 +499,9 @@ def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
 
 
 def _without_locus(point: SpecialPoint, vary: tuple[str, str], error: InputError) -> str:
-    """Say that what was found on a response through stick could not be followed."""
+    """Say that a point has no locus in the result."""
     at = ", ".join(f"{name} = {point.model.values[name]:.6g}" for name in vary)
-    return f"the {point.type} of what sticks at {at} was not followed: {error}"
+    return f"the locus of the {point.type} at {at} was not followed: {error}"
 
 
 def _crossed(trace: TracedCurve[OrbitPoint], start: LocusStart) -> list[Found]:
@@ -530,8 +526,3 @@ def _starts(
         return list(starts_at(curve, found, types, settings))
     except BREAKDOWNS:
         return []
-
-
-def _own(model: Model) -> dict[str, float]:
-    """What belongs to an orbit of an autonomous model, not to the case."""
-    return {name: model.values[name] for name in OWN if not model.forced}

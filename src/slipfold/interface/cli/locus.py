@@ -95,7 +95,7 @@ def locus(
     on_progress: Observer,
 ) -> LocusDiagram:
     """Follow the loci in a window of a model, or those from the points of a saved response."""
-    from slipfold.bifurcations.loci.bifurcation_set import PERIODS
+    from slipfold.bifurcations.loci.isolated import PERIODS
     from slipfold.bifurcations.loci.window import parse_plane
     from slipfold.computations.loci import bifurcation_set
     from slipfold.computations.loci import locus as follow

@@ -238,11 +238,12 @@ def interrupted_at(result: Any) -> str:
 
 
 def stopped_early(result: Any) -> Iterator[str]:
-    """Yield what stopped before it was complete, with the reasons."""
+    """Yield what stopped before it was complete, or was not followed at all, with the reasons."""
     for name, one in CURVES.items():
         for curve in getattr(result, name, ()):
             early = (end for end in (curve.started, curve.stopped) if end.early)
             yield from (f"{one} {curve.id} stopped early: {end.reason}" for end in early)
+    yield from getattr(result, "missing", ())
     if type(result).__name__ == "Simulation" and result.stopped is not None:
         yield f"stopped early: {result.stopped.reason}"
 
