@@ -36,24 +36,29 @@ def test_a_killed_worker_gives_a_sentence_and_a_fresh_one(explorer):
     with explorer.client() as client:
         client.send(PLANE)
         assert "progress" in client.receive()
-        [before] = explorer.workers.processes
-        os.kill(before, signal.SIGKILL)
+        before = explorer.workers.processes
+        os.kill(before[0], signal.SIGKILL)
         answer = client.until_done(1)[-1]
         assert "ended from outside (signal 9)" in answer["error"]
         assert answer["again"]
         assert client.ask(diagram(2))["branches"]
-    assert explorer.workers.processes != [before]
+    assert explorer.workers.processes != before
 
 
 def test_a_long_computation_ends_when_it_is_no_longer_wanted(explorer):
-    # The plane takes many seconds; its worker is free for the diagram at the next point.
-    with explorer.client() as client:
+    # The plane takes many seconds; a text does not wait for it, and its worker is free at the next
+    # point.
+    with explorer.client() as client, explorer.http() as http:
         client.send(PLANE)
         assert "progress" in client.receive()
-        [process] = explorer.workers.processes
+        text = http.post("/api/export", json={"view": PLANE, "format": "python"}).text
+        assert "sf.bifurcation_set(" in text
+        processes = explorer.workers.processes
         client.send({"kind": "cancel", "id": 2, "of": "plane"})
+        while (answer := client.receive())["id"] != 2:
+            assert not answer["done"]
         assert client.ask(diagram(3))["done"]
-        assert explorer.workers.processes == [process]
+        assert explorer.workers.processes == processes
 
 
 def test_a_client_that_leaves_takes_its_requests_along(explorer):

@@ -150,7 +150,7 @@ PAGE_TYPES = {
 }
 """Media types of the page's files; nothing else is served."""
 
-DAY = "private, max-age=86400"
+FRESH, A_DAY = {"cache-control": "no-cache"}, {"cache-control": "private, max-age=86400"}
 
 TOO_MANY = "too many requests a second; wait a little"
 
@@ -194,23 +194,18 @@ def _add_files(app: FastAPI) -> None:
 
     @app.get("/", include_in_schema=False)
     async def index() -> Response:
-        return FileResponse(page["index.html"], media_type="text/html", headers=_fresh())
+        return FileResponse(page["index.html"], media_type="text/html", headers=FRESH)
 
     @app.get("/page/{name:path}", include_in_schema=False)
     async def page_file(name: str) -> Response:
         if name not in page:
             return PlainTextResponse("the page has no such file", 404)
         kind = PAGE_TYPES[page[name].suffix]
-        return FileResponse(page[name], media_type=kind, headers=_fresh())
+        return FileResponse(page[name], media_type=kind, headers=FRESH)
 
     @app.get("/plotly.min.js", include_in_schema=False)
     async def plotly() -> Response:
-        headers = {"cache-control": DAY}
-        return FileResponse(plotly_file, media_type="text/javascript", headers=headers)
-
-
-def _fresh() -> dict[str, str]:
-    return {"cache-control": "no-cache"}
+        return FileResponse(plotly_file, media_type="text/javascript", headers=A_DAY)
 
 
 class Answers:
@@ -322,7 +317,6 @@ async def _computed(workers: Workers, request: PostedRequest) -> Reply | str:
 
 
 def _add_socket(app: FastAPI, workers: Workers, limits: ServerLimits) -> None:
-    numbers = itertools.count()
     here: set[int] = set()
 
     @app.websocket("/ws")
@@ -331,7 +325,8 @@ def _add_socket(app: FastAPI, workers: Workers, limits: ServerLimits) -> None:
         if len(here) >= limits.clients:
             await socket.close(TRY_AGAIN, f"{limits.clients} pages are open; close one")
             return
-        number = next(numbers)
+        # A page that is alone is the first, so that its exports go to the worker of its diagrams.
+        number = next(number for number in itertools.count() if number not in here)
         here.add(number)
         try:
             await Session(socket, workers, limits, number).run()

@@ -60,7 +60,9 @@ class _Slow(_Message):
     slow: ClassVar[bool] = True
 
 
-class _Quick(_Message):
+class Quick(_Message):
+    """A request that needs a model and no computation."""
+
     rank: ClassVar[int] = 0
     seconds: ClassVar[float] = 20.0
 
@@ -268,7 +270,7 @@ class SoundRequest(SolutionRequest):
     output: Name
 
 
-class FrictionRequest(_Quick, _ModelRequest):
+class FrictionRequest(Quick, _ModelRequest):
     """The friction coefficients of the contacts, over the slip speed."""
 
     kind: Literal["friction"]
@@ -351,15 +353,20 @@ class ExportRequest(_Message):
     measurements: FileName | None = None  # file whose measurements are drawn on the diagram
     measured: str | None = None  # what is in that file, for a figure
 
+    @property
+    def is_text(self) -> bool:
+        """Whether nothing is computed for it: it only says what was asked for."""
+        return self.format in ("python", "toml") and not isinstance(self.view, OrbitRequest)
 
-class ValuesRequest(_Quick, _OfModel):
+
+class ValuesRequest(Quick, _OfModel):
     """Values of a model's parameters, all of them, to learn which it cannot have."""
 
     kind: ClassVar[str] = "values"
     parameters: Values  # the values, SI units
 
 
-class MeasurementsRequest(_Quick, _OfModel):
+class MeasurementsRequest(Quick, _OfModel):
     """A measured response of a model, whose parameter and outputs it names."""
 
     kind: ClassVar[str] = "measurements"
@@ -367,7 +374,7 @@ class MeasurementsRequest(_Quick, _OfModel):
     measurements: str  # in the words of the file
 
 
-class LawRequest(_Quick, _OfModel):
+class LawRequest(Quick, _OfModel):
     """Another friction law in a contact, as the text of the model with it."""
 
     kind: ClassVar[str] = "law"
@@ -375,18 +382,16 @@ class LawRequest(_Quick, _OfModel):
     law: Name  # name of the law
 
 
-class TextRequest(_Quick, _OfModel):
+class TextRequest(Quick, _OfModel):
     """The text of a model, to edit it, and its equations."""
 
     kind: ClassVar[str] = "text"
 
 
-class ModelRequest(_Message):
+class ModelRequest(Quick):
     """A model of the client's own, to learn what it has."""
 
     kind: ClassVar[str] = "model"
-    rank: ClassVar[int] = 0
-    seconds: ClassVar[float] = 20.0
     remedy: ClassVar[str] = "write a smaller model, or shorter formulas"
 
     text: ModelText

@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from slipfold.errors import InputError
 from slipfold.interface.explorer.answering import Answering
@@ -25,6 +25,7 @@ from slipfold.interface.explorer.messages import (
     ExportRequest,
     OrbitRequest,
     PostedRequest,
+    Quick,
     ViewRequest,
 )
 from slipfold.interface.explorer.security import ServerLimits
@@ -147,13 +148,6 @@ def _bound_memory() -> None:
 # -- the server's side --------------------------------------------------------------------------
 
 
-class Failing(Protocol):
-    """Takes a sentence, and whether the same request may succeed if it is made again."""
-
-    def __call__(self, sentence: str, again: bool = False) -> None:
-        """Report that a job ends without a last reply."""
-
-
 @dataclass(eq=False)
 class Job:
     """A request on its way."""
@@ -163,7 +157,8 @@ class Job:
     home: int
     # Takes the replies, and last of all one that is marked so, unless the job is cancelled
     deliver: Callable[[Reply], None]
-    fail: Failing  # called if the job ends without a last reply
+    # Called if the job ends without a last reply, with a sentence and whether asking again may help
+    fail: Callable[..., None]
     number: int = 0
     position: int = 0
     cancelled: bool = False
@@ -172,6 +167,12 @@ class Job:
     def kind(self) -> str:
         """Kind of the request."""
         return self.request.kind
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether it takes a moment at most, so that it must not wait for what takes long."""
+        made = self.request
+        return isinstance(made, Quick) or (isinstance(made, ExportRequest) and made.is_text)
 
     @property
     def order(self) -> int:
@@ -268,6 +269,8 @@ class WorkerProcess:
             loop.call_soon_threadsafe(self.ended, self)
 
 
+NONE_STARTS = "no worker process can be started; the terminal of slipfold explore says why"
+
 KILLED = (
     "the worker process that computed this was ended from outside ({code}), perhaps for lack of "
     "memory; a fresh one takes its place, so ask again"
@@ -319,7 +322,7 @@ class Workers:
         if instead_of is not None:
             self.cancel(instead_of)
         if self._failed_starts >= self._limits.failed_starts:
-            job.fail("no worker process can be started; the terminal of slipfold explore says why")
+            job.fail(NONE_STARTS)
             return
         self._pending.append(job)
         self._dispatch()
@@ -345,7 +348,12 @@ class Workers:
     def _choose(self, job: Job) -> WorkerProcess | None:
         """Return a free worker for a job: that of its client, or any that is not."""
         home = self._workers[job.home % self._count]
-        idle = [worker for worker in self._workers if worker.idle]
+        if job.is_quick and all(worker.ready for worker in self._workers):
+            idle = [worker for worker in self._workers if worker.idle]
+            if not idle and len(self._workers) == self._count:
+                self._workers.append(self._started(self._count))
+            return idle[0] if idle else None
+        idle = [worker for worker in self._workers[: self._count] if worker.idle]
         if job.request.slow:
             # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
             others = [worker for worker in idle if worker is not home]
@@ -409,13 +417,8 @@ class Workers:
             job.cancelled = True
             how = f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
             job.fail(KILLED.format(code=how), again=True)
-        if lasting:
-            self._give_up()
-
-    def _give_up(self) -> None:
-        waiting, self._pending = self._pending, []
-        for job in waiting:
-            job.fail("no worker process can be started; the terminal of slipfold explore says why")
+        while lasting and self._pending:
+            self._pending.pop().fail(NONE_STARTS)
 
     def _started(self, index: int) -> WorkerProcess:
         return WorkerProcess(

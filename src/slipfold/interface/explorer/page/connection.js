@@ -145,6 +145,11 @@ export class Requests {
     return Boolean(this.#lines.get(`${kind} ${slot}`)?.sent);
   }
 
+  /** What is being computed, by kind. */
+  get busy() {
+    return [...new Set([...this.#lines.values()].flatMap(({ sent }) => sent?.request.kind ?? []))];
+  }
+
   #send(line) {
     const { request, receiver } = line.waiting;
     const id = this.#nextId++;

@@ -59,8 +59,8 @@ function build(models, study, { view: given, sentence }) {
   const status = new StatusLine(session, notices);
   const dialog = new TextDialog();
   const announcer = new Announcer(session);
-  const say = (sentence) => notices.say(sentence);
-  const page = { dialog, say };
+  const say = (...sentence) => notices.say(...sentence);
+  const page = { dialog, say, busy: () => session.requests.busy };
   const measurements = new Measurements(session);
   const sweep = new Sweep(session);
   const diagram = new DiagramPlot(session, measurements, sweep);

@@ -53,12 +53,15 @@ export class Notices {
     this.node.append(this.#passing);
   }
 
-  /** Show a sentence for a while. */
-  say(sentence) {
+  /**
+   * Show a sentence for a while.
+   * @param {boolean} [isLasting] whether it stays until the next one; an empty one shows nothing
+   */
+  say(sentence, isLasting = false) {
     clearTimeout(this.#timer);
     this.#passing.textContent = sentence;
-    this.#passing.hidden = false;
-    this.#timer = setTimeout(() => { this.#passing.hidden = true; }, SHOWN);
+    this.#passing.hidden = !sentence;
+    if (!isLasting) this.#timer = setTimeout(() => { this.#passing.hidden = true; }, SHOWN);
   }
 
   /**

@@ -85,13 +85,15 @@ export class ExportMenu {
   #name;
   #say;
   #dialog;
+  #busy;
 
   /** @param {string} name of the files, e.g. `"diagram"` */
-  constructor(name, source, { dialog, say }) {
+  constructor(name, source, { dialog, say, busy }) {
     this.#source = source;
     this.#name = name;
     this.#dialog = dialog;
     this.#say = say;
+    this.#busy = busy;
     const item = (text, act) => button(text, () => this.#act(act), { role: "menuitem" });
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
       ...(source.table ? [] : [item("Copy as Python", () => this.#text("python", "Python"))]),
@@ -138,9 +140,17 @@ export class ExportMenu {
   }
 
   async #text(format, language) {
-    const measurements = this.#source.measurements?.() ?? null;
-    const text = await (await exported(this.#source.request(), format, { measurements })).text();
+    const text = await (await this.#made(format, `the text in ${language}`)).text();
+    this.#say("");
     this.#dialog.show(`The ${this.#name} in ${language}`, text, await copy(text));
+  }
+
+  /** Have the server make something; while that lasts, say so, and what else takes its time. */
+  async #made(format, what) {
+    const others = new Intl.ListFormat("en").format(this.#busy().map((kind) => `the ${kind}`));
+    this.#say(`Making ${what}${others && `; computed meanwhile: ${others}`}…`, true);
+    const [pins, measurements] = [this.#source.pins?.() ?? [], this.#source.measurements?.() ?? null];
+    return exported(this.#source.request(), format, { pins, measurements });
   }
 
   async #picture(format) {
@@ -154,10 +164,7 @@ export class ExportMenu {
   }
 
   async #file(format) {
-    this.#say(`Computing the ${TYPES[format]} file…`);
-    const pins = this.#source.pins?.() ?? [];
-    const measurements = this.#source.measurements?.() ?? null;
-    const blob = await (await exported(this.#source.request(), format, { pins, measurements })).blob();
+    const blob = await (await this.#made(format, `the ${TYPES[format]} file`)).blob();
     download(blob, `slipfold-${this.#name}.${format}`);
     this.#say(`Saved as ${TYPES[format]}.`);
   }
