@@ -12,8 +12,11 @@ def test_a_model_with_an_unusual_name_and_many_parameters_is_shown(context, tmp_
     case.write_text(UNUSUAL)
     with served(case, workers=1) as address, context.new_page() as page:
         explorer = ExplorerPage(page, address)
+        orbit = explorer.holding(lambda answer: answer["kind"] == "orbit")
+        orbit.is_on = True
         page.goto(address)
         expect(page.locator(f"{DIAGRAM}[data-drawn]")).to_have_attribute("aria-busy", "false")
+        expect(page.locator("#orbit-title")).to_have_text("Computing the orbit…")
         assert explorer.traces()
         assert page.locator(".parameters .parameter").count() == len(MANY)
         page.reload()  # the link says all that the page shows

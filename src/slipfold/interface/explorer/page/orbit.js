@@ -242,6 +242,11 @@ export class OrbitPanel {
       element("div", { class: "stage-column" }, this.#stage, this.#player.node), this.#grid);
     this.cursor.moved.subscribe((phase) => this.#point(phase));
     session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
+    session.orbitAwaited.subscribe(() => this.shown || this.#none());
+    session.failed.subscribe(({ kind, sentence }) => {
+      if (kind === "orbit" && sentence && !this.shown) this.title.textContent = `There is no orbit: ${sentence}`;
+    });
+    this.#none();
     for (const signal of [session.orbitAwaited, session.orbitArrived, session.failed]) {
       signal.subscribe(() => this.#markBusy());
     }
@@ -291,12 +296,13 @@ export class OrbitPanel {
   }
 
   #none() {
-    const { view, diagram, hasFailed } = this.#session;
+    const { view, diagram, hasFailed, place } = this.#session;
     const parameter = this.#session.quantity(view.vary);
     const value = withUnit(parameter, view.parameters[view.vary]);
     const missing = `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}; move it or widen the span.`;
     const failed = "There is no orbit, since the response could not be computed.";
-    this.title.textContent = hasFailed ? failed : diagram ? missing : "Computing the response…";
+    const absent = place ? "Computing the orbit…" : missing;
+    this.title.textContent = hasFailed ? failed : diagram ? absent : "Computing the response…";
     this.node.classList.add("empty");
     // A motion of another model has no place beside the name of this one, nor have captions of nothing.
     this.node.classList.toggle("former", !diagram || !this.#orbit);
