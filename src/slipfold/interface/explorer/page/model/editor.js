@@ -182,15 +182,17 @@ export class ModelEditor {
       this.#showState("Nothing was changed.");
       return;
     }
-    const { session, view, model: before } = { session: this.#session, view: this.#session.view, model: this.#session.model };
+    const session = this.#session;
+    const { files } = session.model;
     this.#showState("Building the model…");
     this.#apply.disabled = true;
     try {
       const model = await written(session.models, text, this.#fileName);
-      if (isSameText && model.files === before.files) {
+      if (isSameText && model.files === files) {
         this.#showState("Nothing was changed.");
         return;
       }
+      const { view, model: before } = session; // sliders may have moved meanwhile
       this.#adopt(model);
       const address = HOLDS_VIEW.exec(text)?.[1];
       const isSame = model.base === (before.base ?? before.name);

@@ -10,6 +10,9 @@ import { posted } from "../toolbar.js";
 
 const SPEED = { name: "v", label: "v", unit: "m/s" };
 
+/** The model that edited ones come from. */
+const baseOf = ({ base, name }) => base ?? name;
+
 export class FrictionPanel {
   /** The element to put on the page; hidden where nothing rubs. */
   node;
@@ -19,6 +22,7 @@ export class FrictionPanel {
   #chosen = 0;
   #model = null;
   #asked = "";
+  #exchanged = Promise.resolve();
   #contact = new Choice("Contact", (value) => this.#choose(Number(value)));
   #law = new Choice("Friction", (value) => this.#exchange(value));
   #plot = new SmallPlot("law", "Friction coefficient", { onPoint: (speed) => this.#point(speed) });
@@ -51,6 +55,7 @@ export class FrictionPanel {
   }
 
   #show(answer) {
+    if (!answer) return;
     this.#answer = answer;
     const { contacts, laws } = answer;
     this.node.hidden = contacts.length === 0;
@@ -88,9 +93,15 @@ export class FrictionPanel {
     this.#show(this.#answer);
   }
 
-  async #exchange(law) {
+  /** Exchange the law of the chosen contact once those chosen before are exchanged. */
+  #exchange(law) {
+    const [contact, base] = [this.#chosen, baseOf(this.#session.model)];
+    this.#exchanged = this.#exchanged.then(() => baseOf(this.#session.model) === base && this.#put(law, contact));
+  }
+
+  async #put(law, contact) {
     const { model, models, store } = this.#session;
-    const body = JSON.stringify(withText({ model: model.name, contact: this.#chosen, law }));
+    const body = JSON.stringify(withText({ model: model.name, contact, law }));
     try {
       const { text } = await (await posted("/api/law", body)).json();
       const made = await written(models, text);
