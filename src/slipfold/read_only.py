@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from inspect import cleandoc, get_annotations
+from inspect import cleandoc, get_annotations, isfunction
 from textwrap import fill
 from typing import Any, ClassVar, get_origin, get_type_hints
 
@@ -19,16 +19,48 @@ def _own(kind: type) -> dict[str, Any]:
     return found
 
 
-class Documented:
-    """Base of data classes whose docstrings get their section on parameters from annotations.
+def _entry(lines: list[str], name: str, text: str) -> None:
+    """Add an entry of a section; without a text it shares that of the entry before."""
+    if text:
+        lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+    else:
+        lines[-2] += f", {name}"
 
-    Fields declare what they mean, ``Annotated[type, "text"]``; an empty text is that of the field
-    before.
+
+def _describe(method: Any) -> None:
+    """Add parameters to the docstring of a method whose types say what they mean."""
+    lines = list[str]()
+    for name, hint in method.__annotations__.items():
+        note = getattr(method.__globals__.get(hint), "__metadata__", (None,))[0]
+        if isinstance(note, str) and name != "return":
+            _entry(lines, name, note)
+    if not lines:
+        return
+    text = cleandoc(method.__doc__ or "")
+    head = "\nParameters\n----------\n"
+    if head in text:
+        before, after = text.split(head)
+    else:
+        section = re.search(r"\n(Returns|Raises|Notes|References|Examples)\n-+\n", text)
+        end = section.start() if section else len(text)
+        before, after = text[:end].rstrip("\n") + "\n", text[end:]
+    method.__doc__ = "\n".join([before + head.rstrip("\n"), *lines, after])
+
+
+class Documented:
+    """Base of classes whose docstrings get their section on parameters from annotations.
+
+    Fields of data classes declare what they mean, ``Annotated[type, "text"]``; an empty text is
+    that of the field before. Parameters of methods have such a type by its name.
     """
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Write the section on parameters into the docstring."""
+        """Write the sections on parameters into the docstrings of the class and its methods."""
         super().__init_subclass__(**options)
+        if not cls.__module__.startswith("slipfold."):  # those of others may be no texts
+            return
+        for method in filter(isfunction, vars(cls).values()):
+            _describe(method)
         text = cleandoc(cls.__doc__ or "")
         section = re.search(r"\n(Notes|References|Examples)\n-+\n", text)
         before, after = (
@@ -40,11 +72,10 @@ class Documented:
         lines = [before.rstrip("\n"), "", "Parameters", "----------"]
         for name in _own(cls):
             if get_origin(hints[name]) is not ClassVar:
-                if getattr(hints[name], "__metadata__", ()) == ("",):
-                    lines[-2] += f", {name}"
-                    continue
-                text = cls._field_text(name, hints[name])
-                lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+                shared = getattr(hints[name], "__metadata__", ()) == ("",)
+                text = "" if shared else cls._field_text(name, hints[name])
+                if shared or text:  # classes derived from a base say what its fields mean
+                    _entry(lines, name, text)
         if more := cls._more_notes():
             lines += ["", "Notes", "-----", fill(more, 96)]
             if section and section[1] == "Notes":

@@ -24,8 +24,22 @@ from slipfold.flow.polynomials import OnsetPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
+from slipfold.models.quantities import OutputName
 from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, headed, number_text
+
+FirstPeriod = Annotated[
+    int,
+    "First forcing period and the one after the last, counted as in a slice: negative numbers "
+    "count from the end, None is the end.",
+]
+LastPeriod = Annotated[int | None, ""]
+PerPeriod = Annotated[int, "Samples per forcing period."]
+SteadyPeriods = Annotated[
+    int,
+    "Forcing periods wanted; rounded up to a multiple of the period it converged to, as far as the "
+    "run allows.",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,17 +159,9 @@ class Trajectory(OneLine, Documented):
         return states if given.ndim else states[0]
 
     def sample(
-        self, start: int = 0, stop: int | None = None, per_period: int = 64
+        self, start: FirstPeriod = 0, stop: LastPeriod = None, per_period: PerPeriod = 64
     ) -> tuple[Array, Array]:
         """Sample the states evenly over whole forcing periods.
-
-        Parameters
-        ----------
-        start, stop
-            First forcing period and the one after the last, counted as in a slice: negative numbers
-            count from the end, None is the end.
-        per_period
-            Samples per forcing period.
 
         Returns
         -------
@@ -167,16 +173,10 @@ class Trajectory(OneLine, Documented):
         time, samples = self.sampled(start, stop, per_period)
         return time, samples.states
 
-    def sampled(self, start: int, stop: int | None, per_period: int) -> tuple[Array, Samples]:
-        """Return times and samples over whole forcing periods, as `sample` does.
-
-        Parameters
-        ----------
-        start, stop
-            First forcing period and the one after the last, as in `sample`.
-        per_period
-            Samples per forcing period.
-        """
+    def sampled(
+        self, start: FirstPeriod, stop: LastPeriod, per_period: PerPeriod
+    ) -> tuple[Array, Samples]:
+        """Return times and samples over whole forcing periods, as `sample` does."""
         first, last, _ = slice(start, stop).indices(self.periods)
         if first >= last:
             raise InputError(
@@ -201,18 +201,13 @@ class Trajectory(OneLine, Documented):
         return time, joined_samples(each)
 
     def output(
-        self, name: str, start: int = 0, stop: int | None = None, per_period: int = 64
+        self,
+        name: OutputName,
+        start: FirstPeriod = 0,
+        stop: LastPeriod = None,
+        per_period: PerPeriod = 64,
     ) -> tuple[Array, Array]:
         """Sample one output evenly over whole forcing periods.
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-        start, stop
-            First forcing period and the one after the last, as in `sample`.
-        per_period
-            Samples per forcing period.
 
         Returns
         -------
@@ -223,18 +218,12 @@ class Trajectory(OneLine, Documented):
         time, samples = self.sampled(start, stop, per_period)
         return time, samples.outputs()[:, column]
 
-    def steady(self, periods: int = 64, per_period: int = 64) -> tuple[Array, Array]:
+    def steady(
+        self, periods: SteadyPeriods = 64, per_period: PerPeriod = 64
+    ) -> tuple[Array, Array]:
         """Sample the end of the run, over a whole number of response periods.
 
         Of a cycle, which takes no whole number of intervals, rounds from the last state on.
-
-        Parameters
-        ----------
-        periods
-            Forcing periods wanted; rounded up to a multiple of the period it converged to, as far
-            as the run allows.
-        per_period
-            Samples per forcing period.
 
         Returns
         -------
@@ -263,15 +252,8 @@ class Trajectory(OneLine, Documented):
         states = self._flow.trajectory(start, self._flow.constants_of(model), phases)
         return time, Samples(model, states, phases)
 
-    def steady_outputs(self, periods: int = 64, per_period: int = 64) -> Array:
+    def steady_outputs(self, periods: SteadyPeriods = 64, per_period: PerPeriod = 64) -> Array:
         """Sample all outputs as `steady` does the states.
-
-        Parameters
-        ----------
-        periods
-            Forcing periods wanted.
-        per_period
-            Samples per forcing period.
 
         Returns
         -------
@@ -286,13 +268,8 @@ class Trajectory(OneLine, Documented):
         duration = self.settlement.duration
         return self.model if duration is None else self.model.replace(duration=duration)
 
-    def steady_periods(self, periods: int = 64) -> int:
+    def steady_periods(self, periods: SteadyPeriods = 64) -> int:
         """Return how many forcing periods at the end are a whole number of response periods.
-
-        Parameters
-        ----------
-        periods
-            Forcing periods wanted.
 
         Raises
         ------

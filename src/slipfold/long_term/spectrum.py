@@ -13,7 +13,9 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
+from slipfold.models.quantities import OutputName
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, number_text
 
 FINER = 32
@@ -21,7 +23,7 @@ FINER = 32
 and those above half the samples come back among the lower ones, a thousandth as large then."""
 
 
-class SpectralLines(OneLine):
+class SpectralLines(OneLine, Documented):
     """Complex amplitudes of all outputs, a line a row."""
 
     names: tuple[str, ...]
@@ -32,14 +34,8 @@ class SpectralLines(OneLine):
         """Moduli of the coefficients, in the units of the outputs, shape (m, n_outputs)."""
         return np.abs(self.coefficients)
 
-    def of(self, name: str) -> Array:
-        """Return the amplitudes of one output, shape (m,).
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-        """
+    def of(self, name: OutputName) -> Array:
+        """Return the amplitudes of one output, shape (m,)."""
         return self.amplitude[:, self._column(name)]
 
     def _column(self, name: str) -> int:
@@ -106,13 +102,11 @@ class Spectrum(SpectralLines):
         """Frequencies over the forcing frequency, shape (m,)."""
         return np.arange(len(self.frequency)) / self.periods
 
-    def line(self, name: str, order: float) -> float:
+    def line(self, name: OutputName, order: float) -> float:
         """Return the amplitude of one output at a multiple of the forcing frequency.
 
         Parameters
         ----------
-        name
-            A state or output of the model.
         order
             Frequency over the forcing frequency, e.g. 0.5 for the subharmonic.
         """

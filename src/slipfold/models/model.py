@@ -20,14 +20,20 @@ from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.quantities import (
     DURATION,
+    CoefficientSymbols,
     Expression,
     Limit,
     Output,
+    OutputName,
     Parameter,
+    ParameterName,
+    ParameterSymbols,
+    Phase,
     State,
-    Symbols,
+    StateSymbols,
 )
 from slipfold.models.units import parse_quantity
+from slipfold.read_only import Documented
 
 if TYPE_CHECKING:
     from slipfold.models.friction.contact import Contact
@@ -139,7 +145,7 @@ def _shared_evaluation(kind: Kind) -> Evaluation:
     return Evaluation(kind.make())
 
 
-class Model(ABC):
+class Model(Documented, ABC):
     """A periodically forced mechanical system, written in symbols; immutable.
 
     A subclass states `name`, `states`, `parameters` and implements `coefficients`, `rates` and
@@ -185,41 +191,20 @@ class Model(ABC):
     # -- what a subclass gives -----------------------------------------------------------------
 
     @abstractmethod
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def coefficients(self, p: ParameterSymbols) -> dict[str, Expression]:
         """Combinations of parameters that the equations use.
 
         They are evaluated once an orbit instead of once a time step. Must work for symbols and
         for floats alike.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
         """
 
     @abstractmethod
-    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Time derivatives of the states, per second.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period.
-        """
+    def rates(self, q: StateSymbols, c: CoefficientSymbols, phase: Phase) -> dict[str, Expression]:
+        """Time derivatives of the states, per second."""
 
     @abstractmethod
-    def period(self, p: Symbols) -> Expression:
-        """Return the forcing period in seconds.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+    def period(self, p: ParameterSymbols) -> Expression:
+        """Return the forcing period in seconds."""
 
     @property
     def advice(self) -> str:
@@ -292,30 +277,12 @@ class Model(ABC):
         """Quantities of interest in addition to the states."""
         return ()
 
-    def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
-        """Contacts in which trajectories may stick; none unless a model says so.
-
-        Parameters
-        ----------
-        q
-            The states by name.
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period.
-        """
+    def contacts(self, q: StateSymbols, c: CoefficientSymbols, phase: Phase) -> tuple[Contact, ...]:
+        """Contacts in which trajectories may stick; none unless a model says so."""
         return ()
 
-    def modal_form(self, c: Symbols, phase: Expression) -> ModalForm | None:
-        """Equations as modes that forces excite at a few places; None if they have no such form.
-
-        Parameters
-        ----------
-        c
-            The coefficients by name.
-        phase
-            Time divided by the forcing period.
-        """
+    def modal_form(self, c: CoefficientSymbols, phase: Phase) -> ModalForm | None:
+        """Equations as modes that forces excite at a few places; None if they have no such form."""
         return None
 
     @property
@@ -331,7 +298,7 @@ class Model(ABC):
         """Return `declared_scales` of the model without forcing."""
         return self.declared_scales()
 
-    def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
+    def check(self, values: Mapping[str, float]) -> None:
         """Raise `InputError` if the parameter values contradict each other.
 
         Parameters
@@ -426,14 +393,8 @@ class Model(ABC):
         vector.setflags(write=False)
         return vector
 
-    def parameter(self, name: str) -> Parameter:
-        """Return the description of one parameter.
-
-        Parameters
-        ----------
-        name
-            Name of the parameter.
-        """
+    def parameter(self, name: ParameterName) -> Parameter:
+        """Return the description of one parameter."""
         names = [parameter.name for parameter in self.parameters]
         if name in names:
             return self.parameters[names.index(name)]
@@ -445,14 +406,8 @@ class Model(ABC):
         own = () if self.forced else (DURATION.name,)
         return tuple(item for item in self.parameters if item.name not in own)
 
-    def variable_parameter(self, name: str) -> Parameter:
-        """Return the description of a parameter that is to be varied.
-
-        Parameters
-        ----------
-        name
-            Name of the parameter.
-        """
+    def variable_parameter(self, name: ParameterName) -> Parameter:
+        """Return the description of a parameter that is to be varied."""
         self.parameter(name)  # refuses unknown names
         named = {item.name: item for item in self.variable_parameters}  # with bounds of their own
         if name in named:
@@ -464,14 +419,8 @@ class Model(ABC):
             f"{others}"
         )
 
-    def parameter_index(self, name: str) -> int:
-        """Return the position of a parameter in `vector`.
-
-        Parameters
-        ----------
-        name
-            Name of the parameter.
-        """
+    def parameter_index(self, name: ParameterName) -> int:
+        """Return the position of a parameter in `vector`."""
         return self.parameters.index(self.parameter(name))
 
     def replace(self, **changes: float | str) -> Self:
@@ -485,13 +434,11 @@ class Model(ABC):
         arguments: dict[str, Any] = {**self.structure, **self._values, **changes}
         return type(self)(**arguments).with_scales(self._estimated_scales)
 
-    def evaluate(self, name: str, state: ArrayLike, time: ArrayLike = 0.0) -> Array | float:
+    def evaluate(self, name: OutputName, state: ArrayLike, time: ArrayLike = 0.0) -> Array | float:
         """Evaluate a state or output at given states and times.
 
         Parameters
         ----------
-        name
-            A state or output of the model.
         state
             States, shape (n_states,) or (..., n_states).
         time

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self
 from slipfold.errors import InputError, unknown
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import parse_quantity
+from slipfold.read_only import Documented
 
 SECTIONS = ("Raises", "References", "Examples")
 """Headings of docstrings that follow the section on parameters."""
@@ -48,7 +49,7 @@ def declared(cls: type) -> tuple[Parameter, ...]:
 
 
 @dataclass(frozen=True)
-class Parametric:
+class Parametric(Documented):
     """A part of a model with parameters of its own; immutable, comparable, picklable.
 
     A subclass is a frozen dataclass. Its parameters are fields made by `described`; all other

@@ -16,6 +16,13 @@ Expression = Any
 Symbols = Mapping[str, Expression]
 """Named symbolic expressions."""
 
+StateSymbols = Annotated[Symbols, "The states by name."]
+CoefficientSymbols = Annotated[Symbols, "The coefficients by name."]
+ParameterSymbols = Annotated[Symbols, "The parameters by name."]
+Phase = Annotated[Expression, "Time divided by the forcing period."]
+ParameterName = Annotated[str, "Name of the parameter."]
+OutputName = Annotated[str, "A state or output of the model."]
+
 
 @dataclass(frozen=True)
 class Parameter(Documented):

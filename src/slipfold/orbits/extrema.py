@@ -16,6 +16,8 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION, count_revolutions
 from slipfold.models.model import Model
+from slipfold.models.quantities import OutputName
+from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
@@ -74,7 +76,7 @@ TOGETHER = 32
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Extrema(OneLine):
+class Extrema(OneLine, Documented):
     """Minimum and maximum of every output, for one orbit or many.
 
     Parameters
@@ -119,50 +121,30 @@ class Extrema(OneLine):
         ends = zip(self.names, low, high, strict=True)
         return [[name, number_text(a), number_text(b)] for name, a, b in ends]
 
-    def of(self, name: str) -> tuple[Array, Array]:
-        """Return minimum and maximum of one output, each of shape (n_orbits,).
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-        """
+    def of(self, name: OutputName) -> tuple[Array, Array]:
+        """Return minimum and maximum of one output, each of shape (n_orbits,)."""
         if name not in self.names:
             raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
         index = self.names.index(name)
         return self.minimum[:, index], self.maximum[:, index]
 
-    def peak_to_peak(self, name: str) -> Array:
-        """Return maximum less minimum of one output, shape (n_orbits,).
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-        """
+    def peak_to_peak(self, name: OutputName) -> Array:
+        """Return maximum less minimum of one output, shape (n_orbits,)."""
         low, high = self.of(name)
         return high - low
 
-    def modulus(self, name: str) -> Array:
-        """Return the largest absolute value of one output, shape (n_orbits,).
-
-        Parameters
-        ----------
-        name
-            A state or output of the model.
-        """
+    def modulus(self, name: OutputName) -> Array:
+        """Return the largest absolute value of one output, shape (n_orbits,)."""
         low, high = self.of(name)
         return np.maximum(np.abs(low), np.abs(high))
 
-    def measured(self, measure: str, name: str) -> Array:
+    def measured(self, measure: str, name: OutputName) -> Array:
         """Return a measure of one output, shape (n_orbits,).
 
         Parameters
         ----------
         measure
             ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"modulus"``.
-        name
-            A state or output of the model.
         """
         if measure == "peak_to_peak":
             return self.peak_to_peak(name)

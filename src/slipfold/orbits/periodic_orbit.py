@@ -22,6 +22,7 @@ from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
 from slipfold.models.levels import POWERS, reference_of, unit_of
 from slipfold.models.model import Model
+from slipfold.models.quantities import OutputName
 from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema, revolutions_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.read_only import Documented
@@ -51,21 +52,17 @@ class MeanSettings:
 
 MEANS = MeanSettings()
 
+SampleCount = Annotated[int, "At least this many samples; rounded up to a multiple of the nodes."]
 
-class Measured:
+
+class Measured(Documented):
     """One orbit or many of which an output is measured; of many, results have the shape (n,)."""
 
-    def extrema_of(self, output: str) -> Extrema:
-        """Return minimum and maximum of one output, in less time than those of all.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-        """
+    def extrema_of(self, output: OutputName) -> Extrema:
+        """Return minimum and maximum of one output, in less time than those of all."""
         raise NotImplementedError
 
-    def mean(self, output: str) -> Any:
+    def mean(self, output: OutputName) -> Any:
         """Return the mean of one output over the period.
 
         The mean of a power times `duration` is the energy of a cycle: that which a contact with the
@@ -73,11 +70,6 @@ class Measured:
         are doubled until the mean no longer changes; of smooth outputs it has all digits then, of
         those with corners, as speeds where a contact sticks, about nine, and of those that jump
         there, as friction forces, four.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
 
         Examples
         --------
@@ -88,23 +80,15 @@ class Measured:
         """
         return self._each(lambda orbit: float(orbit._mean(output, lambda *_: 1.0)))
 
-    def rms(self, output: str) -> Any:
-        """Return the root mean square of one output over the period, its mean included.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model.
-        """
+    def rms(self, output: OutputName) -> Any:
+        """Return the root mean square of one output over the period, its mean included."""
         return self._each(lambda orbit: math.sqrt(orbit._mean(output, lambda _, values: values)))
 
-    def harmonic(self, output: str, number: int = 1) -> Any:
+    def harmonic(self, output: OutputName, number: int = 1) -> Any:
         """Return the amplitude of a harmonic of one output.
 
         Parameters
         ----------
-        output
-            A state or output of the model.
         number
             That of the harmonic: its frequency is so many times that of the forcing, or of a cycle.
         """
@@ -118,7 +102,7 @@ class Measured:
 
         return self._each(amplitude)
 
-    def level(self, output: str, reference: float | str | None = None) -> Any:
+    def level(self, output: OutputName, reference: float | str | None = None) -> Any:
         """Return the level of one output in dB.
 
         It is 20 times the decimal logarithm of the root mean square over the reference; of powers
@@ -126,8 +110,6 @@ class Measured:
 
         Parameters
         ----------
-        output
-            A state or output of the model.
         reference
             In the unit of the output, or text with a unit, such as ``"1 um"``; that of ISO 1683 if
             None: 1 pm, 1 nm/s, 1 um/s^2, 1 uN, 20 uPa, 1 pJ or 1 pW.
@@ -153,7 +135,7 @@ def measured_of(given: Measured, measure: str, output: str) -> Array:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit(Measured, OneLine, Documented):
+class PeriodicOrbit(Measured, OneLine):
     """A periodic orbit, forced or a cycle of an autonomous model; frozen.
 
     Examples
@@ -232,13 +214,8 @@ class PeriodicOrbit(Measured, OneLine, Documented):
             0
         ]
 
-    def sample(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def sample(self, count: SampleCount = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample the states over one period.
-
-        Parameters
-        ----------
-        count
-            At least this many samples; rounded up to a multiple of the nodes.
 
         Returns
         -------
@@ -260,14 +237,12 @@ class PeriodicOrbit(Measured, OneLine, Documented):
         return time, states.reshape(segments * each, -1)
 
     def output(
-        self, name: str, count: int = 256
+        self, name: OutputName, count: int = 256
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample one output over one period.
 
         Parameters
         ----------
-        name
-            A state or output of the model.
         count
             At least this many samples.
 
@@ -279,13 +254,8 @@ class PeriodicOrbit(Measured, OneLine, Documented):
         time, values = self.outputs(count)
         return time, values[:, flow_of(self.model).output_index(name)]
 
-    def outputs(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def outputs(self, count: SampleCount = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Sample all outputs over one period.
-
-        Parameters
-        ----------
-        count
-            At least this many samples; rounded up to a multiple of the nodes.
 
         Returns
         -------

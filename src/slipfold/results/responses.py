@@ -18,6 +18,7 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Entry, Items, Labels, ResultPart
 from slipfold.results.records import Provenance, SavedTable, open_table
 from slipfold.results.result import Result
+from slipfold.results.study import CaseNumber
 from slipfold.results.tables import Frame, LabeledTable, frame_of
 from slipfold.text import PrintedTable, listed
 
@@ -139,14 +140,8 @@ class Responses(Result, Sequence["Diagram | None"]):
         """Whether the computation was interrupted, so that cases were not reached."""
         return INTERRUPTED in self.reasons
 
-    def case(self, index: int) -> dict[str, float]:
-        """Return the values of a case by name.
-
-        Parameters
-        ----------
-        index
-            Its number, from 0.
-        """
+    def case(self, index: CaseNumber) -> dict[str, float]:
+        """Return the values of a case by name."""
         return {name: float(values[index]) for name, values in self.over.items()}
 
     def _table(self) -> LabeledTable:

@@ -16,7 +16,7 @@ from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
+from slipfold.flow.trajectory import LastRound, PerPeriod, Sticking, Trajectory, last_round
 from slipfold.models.quantities import DURATION
 from slipfold.results.checks.checked import Checked
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Entry, Items, Nested
@@ -167,15 +167,13 @@ class Simulation(Trajectory, Result):
         """Fraction of the last whole round in which a contact sticks; None if there is no round."""
         return None if self.last_round is None else self.last_round.fraction
 
-    def spectrum(self, periods: int = 64, per_period: int = 64) -> Spectrum:
+    def spectrum(self, periods: int = 64, per_period: PerPeriod = 64) -> Spectrum:
         """Return the spectra of all outputs at the end of the run.
 
         Parameters
         ----------
         periods
             Forcing periods to transform; rounded up to whole response periods.
-        per_period
-            Samples per forcing period.
 
         Raises
         ------

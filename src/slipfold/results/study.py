@@ -38,6 +38,8 @@ OWNER = CaseField(
 
 NOT_REACHED = "not computed yet"
 
+CaseNumber = Annotated[int, "Number of the case, from 0."]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(Result):
@@ -114,25 +116,13 @@ class StudyResult(Result):
         """Whether cases were not reached, or not tried again."""
         return self.stopped or self.done < len(self)
 
-    def case(self, number: int) -> dict[str, float]:
-        """Return the values of the parameters of a case by name.
-
-        Parameters
-        ----------
-        number
-            Its number, from 0.
-        """
+    def case(self, number: CaseNumber) -> dict[str, float]:
+        """Return the values of the parameters of a case by name."""
         (row,) = self.cases.values(np.array([number])).tolist()
         return dict(zip(self.cases.names, row, strict=True))
 
-    def model_at(self, number: int) -> Model:
-        """Return the model of a case.
-
-        Parameters
-        ----------
-        number
-            Its number, from 0.
-        """
+    def model_at(self, number: CaseNumber) -> Model:
+        """Return the model of a case."""
         return self.model.replace(**self.case(number))
 
     @cached_property

@@ -55,6 +55,13 @@ SOBOL = Nested(
     {"names": lambda _, result: tuple(item.name for item in result.distributions)},
 )
 
+By = Annotated[
+    str,
+    '``"samples"``: thresholds located again; ``"gradients"``: those that are linear in the '
+    "parameters, at the same samples.",
+]
+LoadValue = Annotated[float, "The value, in SI units."]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThresholdUncertainty(Result):
@@ -152,30 +159,21 @@ class ThresholdUncertainty(Result):
         parts = self.gradient * [item.deviation for item in self.distributions]
         return np.asarray(parts * (self.correlation @ parts) / (parts @ self.correlation @ parts))
 
-    def deviation(self, by: str = "samples") -> float:
-        """Return the standard deviation of the threshold, in its unit.
-
-        Parameters
-        ----------
-        by
-            ``"samples"`` or ``"gradients"``.
-        """
+    def deviation(self, by: By = "samples") -> float:
+        """Return the standard deviation of the threshold, in its unit."""
         if _checked(by) == "gradients":
             parts = self.gradient * [item.deviation for item in self.distributions]
             return float(np.sqrt(parts @ self.correlation @ parts))
         known = self.thresholds[np.isfinite(self.thresholds)]
         return float(np.std(known, ddof=1)) if len(known) > 1 else np.nan
 
-    def band(self, level: float = LEVEL, by: str = "samples") -> tuple[float, float]:
+    def band(self, level: float = LEVEL, by: By = "samples") -> tuple[float, float]:
         """Return the interval that holds the threshold with some probability, as much on each side.
 
         Parameters
         ----------
         level
             The probability.
-        by
-            ``"samples"``: thresholds located again; ``"gradients"``: those that are linear in the
-            parameters, at the same samples.
 
         Returns
         -------
@@ -190,15 +188,8 @@ class ThresholdUncertainty(Result):
         low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
         return float(low), float(high)
 
-    def probability_above(self, load: float, by: str = "samples") -> float:
+    def probability_above(self, load: LoadValue, by: By = "samples") -> float:
         """Return the probability that the threshold is above a value of the parameter.
-
-        Parameters
-        ----------
-        load
-            The value, in SI units.
-        by
-            ``"samples"`` or ``"gradients"``.
 
         Returns
         -------
@@ -211,19 +202,12 @@ class ThresholdUncertainty(Result):
         values = self._known(by)
         return float((values > load).mean()) if len(values) else np.nan
 
-    def probability_bounds(self, load: float, by: str = "samples") -> tuple[float, float]:
+    def probability_bounds(self, load: LoadValue, by: By = "samples") -> tuple[float, float]:
         """Return the interval of 95 % confidence of `probability_above`.
 
         It is Wilson's, as for samples drawn at random; Sobol's are spread more evenly. Samples
         without the threshold count as unstable for its lower end and as stable for its upper one,
         and so do those of the gradients that `thresholds` contradict.
-
-        Parameters
-        ----------
-        load
-            The value, in SI units.
-        by
-            ``"samples"`` or ``"gradients"``.
 
         Returns
         -------

@@ -24,6 +24,8 @@ MULTIPLIERS += "equilibrium, those of the flow over the model's ``duration``."
 STUCK = "Fraction of the period in which a contact sticks; NaN for an orbit along which every "
 STUCK += "contact slips in one direction{}."
 
+Row = Annotated[int, "Row of the curve."]
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class LocatedPoint(OneLine, ReadOnly):
@@ -118,14 +120,8 @@ class SolutionCurve(OneLine, ReadOnly):
         """Number of points."""
         return len(self._values)
 
-    def model_at(self, index: int) -> Model:
-        """Return the model with the parameter values of one point.
-
-        Parameters
-        ----------
-        index
-            Row of the curve.
-        """
+    def model_at(self, index: Row) -> Model:
+        """Return the model with the parameter values of one point."""
         changes = dict(zip(_names(self.vary), map(float, self._values[index]), strict=True))
         if self.durations is not None:
             changes[DURATION.name] = float(self.durations[index])
@@ -225,14 +221,8 @@ class OrbitSeries(Measured, SolutionCurve):
         low = np.concatenate([item.minimum for item in result])
         return Extrema(result[0].names, low, np.concatenate([item.maximum for item in result]))
 
-    def orbit(self, index: int) -> PeriodicOrbit:
-        """Return one point as a periodic orbit.
-
-        Parameters
-        ----------
-        index
-            Row of the curve.
-        """
+    def orbit(self, index: Row) -> PeriodicOrbit:
+        """Return one point as a periodic orbit."""
         fractions = self.stuck_fraction
         slips = fractions is None or bool(np.isnan(fractions[index]))
         return (PeriodicOrbit if slips else StickSlipOrbit)(

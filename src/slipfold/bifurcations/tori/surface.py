@@ -16,6 +16,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import Average, average
 from slipfold.long_term.spectrum import SpectralLines
 from slipfold.models.model import Model, evaluation_of
+from slipfold.models.quantities import OutputName
 from slipfold.read_only import ReadOnly
 from slipfold.text import PrintedTable, number_text
 
@@ -184,13 +185,11 @@ class TorusSpectrum(SpectralLines, ReadOnly):
         """Frequencies of the lines in Hz, in rising order, shape (m,)."""
         return np.asarray(self.orders @ np.array(self.frequencies))
 
-    def line(self, name: str, k: int, l: int) -> float:  # noqa: E741
+    def line(self, name: OutputName, k: int, l: int) -> float:  # noqa: E741
         """Return the amplitude of one output at ``k f1 + l f2``.
 
         Parameters
         ----------
-        name
-            A state or output of the model.
         k, l
             Multiples of the two frequencies.
         """

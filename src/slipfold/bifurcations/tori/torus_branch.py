@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.bifurcations.branches.solution_curve import SolutionCurve
+from slipfold.bifurcations.branches.solution_curve import Row, SolutionCurve
 from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.extrema import Extrema
@@ -160,24 +160,12 @@ class TorusBranch(SolutionCurve):
         """Number of angles at which each circle is described, shape (n_points,)."""
         return np.asarray(np.isfinite(self.circles[:, :, 0]).sum(axis=1))
 
-    def circle(self, index: int) -> Array:
-        """Return the circle of one torus: states at equidistant angles, shape (m, n_states).
-
-        Parameters
-        ----------
-        index
-            Row of the branch.
-        """
+    def circle(self, index: Row) -> Array:
+        """Return the circle of one torus: states at equidistant angles, shape (m, n_states)."""
         return self.circles[index, : self.angles[index]]
 
-    def spectrum(self, index: int) -> TorusSpectrum:
-        """Return the lines of all outputs on one torus.
-
-        Parameters
-        ----------
-        index
-            Row of the branch.
-        """
+    def spectrum(self, index: Row) -> TorusSpectrum:
+        """Return the lines of all outputs on one torus."""
         from slipfold.bifurcations.tori.surface import spectrum_of, surface_of
 
         model, turns = self.model_at(index), float(self.rotation[index])

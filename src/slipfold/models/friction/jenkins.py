@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +29,9 @@ from slipfold.models.quantities import Expression, State, Symbols, positive
 _CREEP = 1e-4
 """Fraction of the fading that acts at any deflection, so that a contact on a body at rest has one
 equilibrium instead of a line of equilibria. It changes the energy of a cycle by less."""
+
+Amplitude = Annotated[float, "Amplitude a of a displacement with two turning points in m."]
+ConstantForce = Annotated[float, "Constant normal force in N."]
 
 
 @dataclass(frozen=True)
@@ -123,56 +126,31 @@ class Jenkins(MemoryLaw):
 
     # -- closed forms of the sharp element -------------------------------------------------------
 
-    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
+    def stiffness(self, amplitude: Amplitude, normal: ConstantForce = 1.0) -> float:
         """Return the harmonic equivalent stiffness in N/m.
 
         It is ``(kt/pi)(th - sin(2 th)/2)`` with ``th = acos(1 - 2 mu_k N/(kt a))``, and ``kt``
         where the slider does not move.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
         """
         angle = math.acos(1 - 2 * min(self._slip_ratio(amplitude, normal), 1.0))
         return self.kt * (angle - math.sin(2 * angle) / 2) / math.pi
 
-    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return ``k'' = 4 mu_k N/(pi a) (1 - mu_k N/(kt a))`` in N/m; over the frequency: damping.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
+    def loss_stiffness(self, amplitude: Amplitude, normal: ConstantForce = 1.0) -> float:
+        """Return ``k'' = 4 mu_k N/(pi a) (1 - mu_k N/(kt a))`` in N/m; over frequency: damping."""
         return self.energy(amplitude, normal) / (math.pi * amplitude**2)
 
-    def energy(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the energy lost in a cycle in J, ``4 mu_k N (a - mu_k N/kt)``.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a periodic displacement with two turning points, in m.
-        normal
-            Constant normal force in N.
-        """
+    def energy(self, amplitude: Amplitude, normal: ConstantForce = 1.0) -> float:
+        """Return the energy lost in a cycle in J, ``4 mu_k N (a - mu_k N/kt)``."""
         slipping = max(1 - self._slip_ratio(amplitude, normal), 0.0)
         return 4 * normal * amplitude * self.mu_k * slipping
 
-    def along(self, displacement: ArrayLike, normal: float = 1.0) -> Array:
+    def along(self, displacement: ArrayLike, normal: ConstantForce = 1.0) -> Array:
         """Return the forces in N along a path of the moving surface, shape (m,), from no force.
 
         Parameters
         ----------
         displacement
             Displacements on a line in m, shape (m,), monotonic from each to the next.
-        normal
-            Constant normal force in N.
         """
         path, limit = np.asarray(displacement, dtype=float), self.mu_k * normal
         forces = np.zeros(len(path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import heyoka as hy
 import numpy as np
@@ -15,7 +15,14 @@ from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.parametric import Parametric
-from slipfold.models.quantities import Expression, State, Symbols, nonnegative, positive
+from slipfold.models.quantities import (
+    Expression,
+    ParameterSymbols,
+    State,
+    Symbols,
+    nonnegative,
+    positive,
+)
 
 STATIC = nonnegative("mu_s", 0.5, "", "static friction coefficient, reached at rest", r"$\mu_s$")
 KINETIC = nonnegative("mu_k", 0.3, "", "kinetic friction coefficient", r"$\mu_k$")
@@ -71,6 +78,10 @@ class ContactState:
     def speed(self) -> Expression:
         """Slip speed in m/s."""
         return sqrt(self.square)
+
+
+SlipSpeed = Annotated[ArrayLike, "Slip speed in m/s, a number or array, not negative."]
+ContactValues = Annotated[ContactState, "Slip, memory and normal force."]
 
 
 @dataclass(frozen=True)
@@ -139,26 +150,12 @@ class FrictionLaw(Parametric, ABC):
         """Friction coefficient up to which a contact sticks; 0 if it never does."""
         return float(self.holding(self.values)) if self.sticks else 0.0
 
-    def holding(self, p: Symbols) -> Expression:
-        """Return the coefficient up to which a contact sticks: ``mu_s``, or that at no speed.
-
-        Parameters
-        ----------
-        p
-            The parameters by name.
-        """
+    def holding(self, p: ParameterSymbols) -> Expression:
+        """Return the coefficient up to which a contact sticks: ``mu_s``, or that at no speed."""
         return p["mu_s"] if "mu_s" in p else self.formula(0.0, p)
 
-    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Return the friction force in N, as many components as the slip has.
-
-        Parameters
-        ----------
-        contact
-            Slip, memory and normal force.
-        p
-            The parameters by name.
-        """
+    def forces(self, contact: ContactValues, p: ParameterSymbols) -> tuple[Expression, ...]:
+        """Return the friction force in N, as many components as the slip has."""
         if self.rate_independent:
             drag = contact.normal * self.formula(1.0, p) * contact.square**-0.5
         else:
@@ -183,16 +180,8 @@ class FrictionLaw(Parametric, ABC):
         """Scale of the memory, in its unit."""
         return 1.0
 
-    def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Return the time derivatives of the memory, per second.
-
-        Parameters
-        ----------
-        contact
-            Slip, memory and normal force.
-        p
-            The parameters by name.
-        """
+    def memory_rates(self, contact: ContactValues, p: ParameterSymbols) -> tuple[Expression, ...]:
+        """Return the time derivatives of the memory, per second."""
         return ()
 
     def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
@@ -207,14 +196,8 @@ class FrictionLaw(Parametric, ABC):
 
     # -- what follows --------------------------------------------------------------------------
 
-    def coefficient(self, speed: ArrayLike) -> Any:
-        """Return the friction coefficient in steady slip, of the shape of `speed`.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s, a number or array, not negative.
-        """
+    def coefficient(self, speed: SlipSpeed) -> Any:
+        """Return the friction coefficient in steady slip, of the shape of `speed`."""
         speeds = np.asarray(speed)
         if np.any(speeds.real < 0):  # a complex step may differentiate
             raise InputError(
@@ -224,16 +207,11 @@ class FrictionLaw(Parametric, ABC):
         result = np.asarray(self.formula(speeds, self.values) + 0.0 * speeds)
         return result if result.ndim else result.item()
 
-    def slope(self, speed: ArrayLike) -> Any:
+    def slope(self, speed: SlipSpeed) -> Any:
         """Return the derivative of the coefficient by the slip speed in s/m, shaped as `speed`.
 
         A negative slope feeds vibration along the slip. A complex step takes the derivative, which
         is exact to rounding.
-
-        Parameters
-        ----------
-        speed
-            Slip speed in m/s, a number or array, not negative.
         """
         step = 1e-30
         result = np.imag(self.coefficient(np.asarray(speed) + 1j * step)) / step
