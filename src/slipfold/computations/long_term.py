@@ -80,8 +80,9 @@ def simulate(
     Examples
     --------
     >>> import slipfold as sf
-    >>> sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.05).settlement.period
-    1
+    >>> result = sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.15)
+    >>> result.settlement.period, round(result.spectrum().line("x", 0.5), 6)
+    (2, 0.276327)
     >>> cycle = sf.simulate(sf.built_in_models()["vanderpol-free"]()).settlement
     >>> cycle.kind, round(cycle.duration, 6)
     ('cycle', 6.663287)
@@ -264,8 +265,8 @@ def basin_fractions(
     >>> import slipfold as sf
     >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
     >>> result = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
-    >>> [len(items) for items in result.attractors]
-    [1, 2, 1]
+    >>> result.numbers, [len(items) for items in result.attractors]
+    ((1, 2), [1, 2, 1])
     """
     from slipfold.long_term.search import find_fractions
     from slipfold.results.attractors import BasinFractions
@@ -495,8 +496,8 @@ def regimes(
     >>> import slipfold as sf
     >>> plane = {"f": (12.2, 13.5), "Nd": (0.02, 0.2)}
     >>> result = sf.regimes(sf.SlidingOscillator(), plane, points=(2, 2))
-    >>> result.names("up").tolist()
-    [['period 1', 'period 2'], ['period 1', 'period 1']]
+    >>> result.names("up").tolist(), result.at(f=12.2, Nd=0.2)["rest"]
+    ([['period 1', 'period 2'], ['period 1', 'period 1']], 'period 2')
     """
     from slipfold.long_term.regimes import find_regimes
     from slipfold.results.trajectories import RegimeMap

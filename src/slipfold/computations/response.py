@@ -99,7 +99,9 @@ def response(
     --------
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
-    >>> round(diagram.branches[0].special[0].value, 9)
+    >>> [(branch.period, point.type) for branch, point in diagram.special]
+    [(1, 'PD'), (2, 'NS'), (2, 'NS')]
+    >>> round(diagram.special[0].point.value, 9)
     0.043578911
 
     The cycle of the Lorenz system at a large Rayleigh number loses its symmetry, then doubles:

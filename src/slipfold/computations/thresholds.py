@@ -83,10 +83,10 @@ def threshold_map(
     Examples
     --------
     >>> import slipfold as sf
-    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["30deg", "60deg"]}
-    >>> result = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
-    >>> print(result.values[1, 1].round(9))
-    0.043578911
+    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["60deg"]}
+    >>> result = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, "50mN"))
+    >>> result.values[:, 0].round(8).tolist(), result.failures
+    ([nan, 0.04357891, 0.03429776], {'no PD in the span': 1})
     """
     from slipfold.parameter_space.threshold_map import find_threshold_map
     from slipfold.results.checks.curves import check_thresholds

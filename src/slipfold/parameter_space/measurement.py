@@ -76,13 +76,6 @@ class Measurement(OneLine, ReadOnly):
     """A measured response, a row a measurement; frozen, in SI units.
 
     Made by `slipfold.read_measurement` and `slipfold.measure`.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> seen = sf.measure(sf.SlidingOscillator(f=12.5), "Nd", [0.01, 0.02], ["max y"])
-    >>> seen.measured.round(5).tolist()
-    [[0.10727], [0.15321]]
     """
 
     vary: Annotated[str, "Name of the parameter over which it was measured."]

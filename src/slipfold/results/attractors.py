@@ -211,14 +211,6 @@ class Attractors(FoundAttractors):
 
     Made by `slipfold.attractors` and `slipfold.load`. It is a sequence of
     `slipfold.Attractor`.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> duffing = sf.built_in_models()["duffing"](W=1.2)
-    >>> found = sf.attractors(duffing, {"q": (-3, 3), "v": (-3, 3)}, starts=16)
-    >>> sorted(round(float(item.maximum[0]), 4) for item in found)
-    [0.4177, 2.5456]
     """
 
     schema = "slipfold.attractors/1"
@@ -269,14 +261,6 @@ class Basins(FoundAttractors):
     -----
     Selecting is ``found.to_xarray().sel(x=0, vy=1, method="nearest")``. `plot` draws a color for
     each attractor.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> duffing = sf.built_in_models()["duffing"](W=1.2)
-    >>> found = sf.basins(duffing, {"q": (-4, 4), "v": (-4, 4)}, points=16)
-    >>> len(found), bool(sum(found.fraction(item).value for item in found) == 1)
-    (2, True)
     """
 
     schema = "slipfold.basins/1"
@@ -386,14 +370,6 @@ class BasinFractions(Result):
     Notes
     -----
     `plot` draws the fractions with their bounds.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
-    >>> found = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
-    >>> found.numbers, bool(found.fraction(1).value[0] == 1)
-    ((1, 2), True)
     """
 
     schema = "slipfold.basin_fractions/1"

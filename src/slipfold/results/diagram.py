@@ -143,13 +143,6 @@ class Diagram(CurveDiagram):
     the value ``at=``, with ``kind="eigenvalues"`` frequencies in Hz and damping ratios in per cent
     of the equilibria, up to the frequency ``highest=``; with ``kind="backbone"`` those of a
     nonlinear mode over its amplitude.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
-    >>> [(branch.period, point.type) for branch, point in diagram.special]
-    [(1, 'PD'), (2, 'NS'), (2, 'NS')]
     """
 
     schema = "slipfold.response/1"

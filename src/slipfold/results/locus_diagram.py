@@ -212,14 +212,6 @@ class LocusDiagram(CurveDiagram):
     ``locus_of_point`` is the number of the locus, and likewise for special points, their
     coefficients along ``normal_form``, regions, checks and motions. `plot` draws the loci and,
     without ``regions=False``, the regions between them.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
-    >>> found = sf.locus(diagram.special[0], ("f", "Nd"), ((12.4, 12.6), (0, 0.1)), switch=False)
-    >>> found.loci[0].type, found.loci[0].stopped.kind
-    ('PD', 'window')
     """
 
     schema = "slipfold.locus/1"

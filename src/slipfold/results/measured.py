@@ -41,16 +41,6 @@ class MeasurementPlan(Result):
     -----
     `plot` draws the sensitivity of each measurement: its derivative with respect to each parameter,
     times the parameter's value, over the measurement's error.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> forces = [0.005 * step for step in range(1, 9)]
-    >>> planned = sf.plan_measurement(
-    ...     sf.SlidingOscillator(f=12.5), "Nd", forces, ["max y"], ["mu"], errors=1e-4
-    ... )
-    >>> planned.best(2)
-    [6, 7]
     """
 
     schema = "slipfold.measurement-plan/1"
@@ -254,15 +244,6 @@ class Fit(Result):
     Notes
     -----
     `plot` draws the measurements and predictions of one quantity, e.g. ``quantity="max y"``.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> truth = sf.SlidingOscillator(f=12.5, mu=0.46)
-    >>> seen = sf.measure(truth, "Nd", [0.01, 0.02, 0.03, 0.04], ["max y"])
-    >>> found = sf.fit(truth.replace(mu=0.5), seen, {"mu": (0.3, 0.7)})
-    >>> round(found.model.mu, 6)
-    0.46
     """
 
     schema = "slipfold.fit/1"

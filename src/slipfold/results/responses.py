@@ -60,14 +60,6 @@ class Responses(Result, Sequence["Diagram | None"]):
     -----
     ``case_of_special`` is the case of a special point. A file has the diagram of each case as a
     group.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> cases = {"Vd": [0.5, 0.6], "mu": [0.5, 0.45]}
-    >>> found = sf.responses(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.1), over=cases)
-    >>> [round(diagram.branches[0].special[0].value, 6) for diagram in found]
-    [0.048761, 0.044159]
     """
 
     schema = "slipfold.responses/1"

@@ -99,13 +99,6 @@ class Simulation(Trajectory, Result):
     ``"hysteresis"``, friction over displacement; ``"friction"``, over the velocity of the moving
     surface relative to the body; ``"path"``, where a contact in a plane goes, and ``"track"``,
     where on the moving surface; ``"timeline"``, when contacts stick, slip and are open.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> trajectory = sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.15)
-    >>> trajectory.settlement.period, round(trajectory.spectrum().line("x", 0.5), 6)
-    (2, 0.276327)
     """
 
     schema = "slipfold.simulation/1"

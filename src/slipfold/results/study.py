@@ -53,18 +53,6 @@ class StudyResult(Result):
     ``dataset.threshold.sel(Vd=0.6)`` is a threshold, or along ``case``; special points of all cases
     along ``special``, attractors along ``attractor``. `plot` draws a quantity: over one parameter
     as a line, over two as a map, over up to four as many maps.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> found = sf.study({
-    ...     "model": "sliding",
-    ...     "parameters": {"f": 12.5},
-    ...     "compute": {"what": "threshold", "vary": "Nd", "span": [0, 0.9]},
-    ...     "cases": {"grid": {"Vd": [0.5, 0.6]}},
-    ... })
-    >>> found.to_xarray().threshold.values.round(6).tolist()
-    [0.048761, 0.043579]
     """
 
     schema = "slipfold.study/1"

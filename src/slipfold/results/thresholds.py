@@ -33,14 +33,6 @@ class ThresholdMap(GridThresholds, Result):
     -----
     A threshold is ``dataset.Nd.sel(Vd=0.6, alpha=1.0)``. `plot` draws the thresholds as colors,
     without contour lines if ``contours=False``.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["60deg"]}
-    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, "50mN"))
-    >>> found.values[:, 0].round(8).tolist(), found.failures
-    ([nan, 0.04357891, 0.03429776], {'no PD in the span': 1})
     """
 
     schema = "slipfold.threshold_map/1"
@@ -130,14 +122,6 @@ class Design(Result):
     Notes
     -----
     `plot` draws the vibration of the designs over their thresholds.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
-    >>> found = sf.design(diagram.special[0], {"Vd": (0.4, 0.8)}, above="50mN", load="20mN")
-    >>> round(found.model_at(0).Vd, 9), bool(found.confirmed[0])
-    (0.4, True)
     """
 
     schema = "slipfold.design/1"

@@ -40,13 +40,6 @@ class LyapunovExponents(Result):
     """Lyapunov exponents of a trajectory, and its classification by them; frozen.
 
     Made by `slipfold.lyapunov` and `slipfold.load`.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> found = sf.lyapunov(sf.SlidingOscillator(), 1000, f=12.5, Nd=0.02)
-    >>> found.classification.kind, found.classification.period, found.exponents.round(4).tolist()
-    ('periodic', 1, [-0.0427, -0.0427, -0.1519, -0.1519])
     """
 
     schema = "slipfold.lyapunov/1"
@@ -186,14 +179,6 @@ class RegimeMap(Result):
     Selecting is ``found.to_xarray().sel(f=12.2, method="nearest")``. `plot` draws a color for each
     regime of the trajectories of ``run="rest"``, hatched where others coexist, and over it the
     lines of ``over=`` a `slipfold.LocusDiagram` of the same plane.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> plane = {"f": (12.2, 12.21), "Nd": (0.06, 0.16)}
-    >>> found = sf.regimes(sf.SlidingOscillator(), plane, points=(2, 3))
-    >>> found.at(f=12.2, Nd=0.1), found.coexist[0].tolist()
-    ({'rest': 'period 2', 'up': 'period 1', 'down': 'period 2'}, [False, True, False])
     """
 
     schema = "slipfold.regimes/1"
@@ -352,13 +337,6 @@ class Sweep(Result):
     first if none is given. Of points ``measure="stroboscopic"`` at phase zero, or ``"max"``,
     ``"min"``, ``"peak_to_peak"`` and ``"modulus"`` as in response diagrams: of the whole response
     where it repeats, else of each forcing period.
-
-    Examples
-    --------
-    >>> import slipfold as sf
-    >>> found = sf.sweep(sf.SlidingOscillator(), "Nd", (0.02, 0.04), points=3, starts=0, f=12.5)
-    >>> found.states.shape, found.repeats("up").tolist()
-    ((2, 3, 64, 4), [1, 1, 1])
     """
 
     schema = "slipfold.sweep/1"
