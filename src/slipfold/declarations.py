@@ -178,13 +178,13 @@ def documented(function: Function) -> Function:
 def resolved(function: Callable[..., Any]) -> inspect.Signature:
     """Return a signature with the types that its annotations name, where they are imported."""
     names, signature = inspect.unwrap(function).__globals__, inspect.signature(function)
-    parameters = [
-        item.replace(annotation=names.get(item.annotation, item.annotation))
-        if isinstance(item.annotation, str)
-        else item
-        for item in signature.parameters.values()
-    ]
-    return signature.replace(parameters=parameters)
+
+    def typed(item: inspect.Parameter) -> inspect.Parameter:
+        module, _, name = str(item.annotation).rpartition(".")
+        known = vars(names[module]) if module in names else names
+        return item.replace(annotation=known.get(name, item.annotation))
+
+    return signature.replace(parameters=list(map(typed, signature.parameters.values())))
 
 
 def default_of(function: Callable[..., Any], name: str) -> Any:

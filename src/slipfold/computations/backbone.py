@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from time import perf_counter
 
+from slipfold import options
 from slipfold.bifurcations.branches.modes import balanced_mode, trace_mode
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.computations.arguments import checked_model, checked_settings
@@ -13,7 +14,6 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.nonlinear_mode import XI, NonlinearMode
 from slipfold.models.units import parse_quantity
-from slipfold.options import AmplitudeOf, ModeNumber, UpTo
 from slipfold.parameter_space.measurement import parse_measured
 from slipfold.progress import Observer
 from slipfold.results.checks.curves import check_branches
@@ -24,10 +24,10 @@ from slipfold.results.records import provenance
 @documented
 def backbone(
     model: Model,
-    output: AmplitudeOf,
-    up_to: UpTo,
+    output: options.AmplitudeOf,
+    up_to: options.UpTo,
     *,
-    mode: ModeNumber = 1,
+    mode: options.ModeNumber = 1,
     settings: Settings | None = None,
     on_progress: Observer | None = None,
     **parameters: float | str,

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from slipfold import options
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
@@ -24,17 +25,6 @@ from slipfold.declarations import documented
 from slipfold.errors import InputError
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.options import (
-    LocusStart,
-    LocusType,
-    OrbitPeriods,
-    PlaneNames,
-    Regimes,
-    Regions,
-    Switch,
-    Types,
-)
-from slipfold.options import Window as GivenWindow
 from slipfold.orbits.find import may_slip
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.curves import check_loci
@@ -47,15 +37,15 @@ AnyModel = TypeVar("AnyModel", bound=Model)
 
 @documented
 def locus(
-    special_point: LocusStart,
-    vary: PlaneNames,
-    window: GivenWindow = None,
+    special_point: options.LocusStart,
+    vary: options.PlaneNames,
+    window: options.Window = None,
     *,
-    type: LocusType = None,
+    type: options.LocusType = None,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     on_progress: Observer | None = None,
-    switch: Switch = True,
+    switch: options.Switch = True,
 ) -> LocusDiagram:
     """Follow the locus of a bifurcation in two parameters, and the loci that start on it.
 
@@ -132,7 +122,7 @@ def locus(
 def _of_model(
     model: Model,
     vary: tuple[str, str],
-    window: GivenWindow,
+    window: options.Window,
     type_: str | None,
     settings: Settings | None,
     on_progress: Observer | None,
@@ -168,13 +158,13 @@ def _listed(given: Any) -> list[Any]:
 @documented
 def bifurcation_set(
     model: Model,
-    plane: PlaneNames,
-    window: GivenWindow = None,
+    plane: options.PlaneNames,
+    window: options.Window = None,
     *,
-    types: Types = None,
-    periods: OrbitPeriods = (1, 2),
-    regions: Regions = True,
-    regimes: Regimes = None,
+    types: options.Types = None,
+    periods: options.OrbitPeriods = (1, 2),
+    regions: options.Regions = True,
+    regimes: options.Regimes = None,
     settings: Settings | None = None,
     on_progress: Observer | None = None,
     **parameters: float | str,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipfold import options
 from slipfold.arrays import Array
 from slipfold.computations.arguments import (
     checked_forced,
@@ -26,29 +27,6 @@ from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.units import pair
-from slipfold.options import (
-    BasinPoints,
-    Box,
-    ExponentPeriods,
-    ExponentTolerance,
-    ParameterPlane,
-    Periods,
-    Plane,
-    Points,
-    RegimePoints,
-    RegimeTransient,
-    Runs,
-    SearchPeriods,
-    Seed,
-    Span,
-    Starts,
-    State,
-    SteadyTolerance,
-    SweepPeriods,
-    SweepStarts,
-    SweepTransient,
-    Vary,
-)
 from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
 
@@ -63,10 +41,10 @@ if TYPE_CHECKING:
 @documented
 def simulate(
     model: Model,
-    periods: Periods = None,
-    state: State = None,
+    periods: options.Periods = None,
+    state: options.State = None,
     *,
-    tolerance: SteadyTolerance = 1e-9,
+    tolerance: options.SteadyTolerance = 1e-9,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Simulation:
@@ -124,10 +102,10 @@ def _checked(trajectory: Trajectory, on_progress: Observer) -> Checked:
 @documented
 def lyapunov(
     model: Model,
-    periods: ExponentPeriods = None,
-    state: State = None,
+    periods: options.ExponentPeriods = None,
+    state: options.State = None,
     *,
-    tolerance: ExponentTolerance = 1e-8,
+    tolerance: options.ExponentTolerance = 1e-8,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> LyapunovExponents:
@@ -184,11 +162,11 @@ def lyapunov(
 @documented
 def attractors(
     model: Model,
-    box: Box = None,
+    box: options.Box = None,
     *,
-    starts: Starts = 256,
-    seed: Seed = 0,
-    periods: SearchPeriods = None,
+    starts: options.Starts = 256,
+    seed: options.Seed = 0,
+    periods: options.SearchPeriods = None,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Attractors:
@@ -238,14 +216,14 @@ def attractors(
 @documented
 def basin_fractions(
     model: Model,
-    vary: Vary,
-    span: Span,
-    box: Box = None,
+    vary: options.Vary,
+    span: options.Span,
+    box: options.Box = None,
     *,
-    points: Points = 20,
-    starts: Starts = 256,
-    seed: Seed = 0,
-    periods: SearchPeriods = None,
+    points: options.Points = 20,
+    starts: options.Starts = 256,
+    seed: options.Seed = 0,
+    periods: options.SearchPeriods = None,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> BasinFractions:
@@ -294,11 +272,11 @@ def basin_fractions(
 @documented
 def basins(
     model: Model,
-    plane: Plane,
-    state: State = None,
+    plane: options.Plane,
+    state: options.State = None,
     *,
-    points: BasinPoints = 200,
-    periods: SearchPeriods = None,
+    points: options.BasinPoints = 200,
+    periods: options.SearchPeriods = None,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Basins:
@@ -401,17 +379,17 @@ def _phases(model: Model, given: Any) -> tuple[float, float]:
 @documented
 def sweep(
     model: Model,
-    vary: Vary,
-    span: Span,
+    vary: options.Vary,
+    span: options.Span,
     *,
-    points: Points = 200,
-    runs: Runs = ("up", "down"),
-    starts: SweepStarts = 8,
-    box: Box = None,
-    seed: Seed = 0,
-    state: State = None,
-    transient: SweepTransient = 500,
-    periods: SweepPeriods = 64,
+    points: options.Points = 200,
+    runs: options.Runs = ("up", "down"),
+    starts: options.SweepStarts = 8,
+    box: options.Box = None,
+    seed: options.Seed = 0,
+    state: options.State = None,
+    transient: options.SweepTransient = 500,
+    periods: options.SweepPeriods = 64,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Sweep:
@@ -469,11 +447,11 @@ def sweep(
 @documented
 def regimes(
     model: Model,
-    vary: ParameterPlane,
+    vary: options.ParameterPlane,
     *,
-    points: RegimePoints = (60, 50),
-    state: State = None,
-    transient: RegimeTransient = 400,
+    points: options.RegimePoints = (60, 50),
+    state: options.State = None,
+    transient: options.RegimeTransient = 400,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> RegimeMap:

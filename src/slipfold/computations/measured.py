@@ -8,23 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipfold import options
 from slipfold.computations.arguments import Values, checked_forced, checked_model, parse_values
 from slipfold.declarations import documented
 from slipfold.errors import InputError, suggest
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval
-from slipfold.options import (
-    Bounds,
-    Errors,
-    Fitted,
-    Measured,
-    MeasuredValues,
-    Quantities,
-    Seed,
-    Sweeping,
-    Vary,
-)
 from slipfold.parameter_space.measurement import Measurement, parse_measured
 from slipfold.progress import Observer
 from slipfold.results.records import provenance
@@ -38,13 +28,13 @@ DIRECTIONS = ("up", "down", "both")
 @documented
 def measure(
     model: Model,
-    vary: Vary,
-    values: MeasuredValues,
-    quantities: Quantities,
+    vary: options.Vary,
+    values: options.MeasuredValues,
+    quantities: options.Quantities,
     *,
-    sweep: Sweeping = "up",
-    errors: Errors = 0.0,
-    seed: Seed = 0,
+    sweep: options.Sweeping = "up",
+    errors: options.Errors = 0.0,
+    seed: options.Seed = 0,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Measurement:
@@ -125,8 +115,8 @@ def checked_errors(errors: ArrayLike, count: int) -> np.ndarray:
 @documented
 def fit(
     model: Model,
-    measurement: Measured,
-    bounds: Bounds,
+    measurement: options.Measured,
+    bounds: options.Bounds,
     *,
     on_progress: Observer | None = None,
     **parameters: float | str,
@@ -210,12 +200,12 @@ def _bounds(model: Model, name: str, ends: tuple[float | str, float | str]) -> t
 @documented
 def plan_measurement(
     model: Model,
-    vary: Vary,
-    values: MeasuredValues,
-    quantities: Quantities,
-    fitted: Fitted,
+    vary: options.Vary,
+    values: options.MeasuredValues,
+    quantities: options.Quantities,
+    fitted: options.Fitted,
     *,
-    errors: Errors,
+    errors: options.Errors,
     **parameters: float | str,
 ) -> MeasurementPlan:
     """Compute how accurately planned measurements determine parameters, and the best points.

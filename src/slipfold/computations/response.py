@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold import options
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.progress import branch_progress
 from slipfold.bifurcations.branches.response import trace_response
@@ -37,20 +38,6 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.system import System
 from slipfold.models.units import interval
-from slipfold.options import (
-    Also,
-    Cases,
-    Gaps,
-    Gradients,
-    ModelOrOrbit,
-    Point,
-    Search,
-    Settled,
-    Span,
-    Start,
-    Tori,
-    Vary,
-)
 from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
@@ -69,17 +56,17 @@ SIMULTANEOUS = 256
 
 @documented
 def response(
-    model: ModelOrOrbit,
-    vary: Vary,
-    span: Span,
+    model: options.ModelOrOrbit,
+    vary: options.Vary,
+    span: options.Span,
     *,
-    start: Start = None,
-    settled: Settled = False,
-    also: Also = (),
-    gaps: Gaps = False,
-    gradients: Gradients = False,
-    search: Search = False,
-    tori: Tori = False,
+    start: options.Start = None,
+    settled: options.Settled = False,
+    also: options.Also = (),
+    gaps: options.Gaps = False,
+    gradients: options.Gradients = False,
+    search: options.Search = False,
+    tori: options.Tori = False,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     on_progress: Observer | None = None,
@@ -189,10 +176,10 @@ class _ReportFailedError(BaseException):
 @documented
 def responses(
     model: Model,
-    vary: Vary,
-    span: Span,
+    vary: options.Vary,
+    span: options.Span,
     *,
-    over: Cases,
+    over: options.Cases,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     on_progress: Observer | None = None,
@@ -388,7 +375,7 @@ def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
 
 
 @documented
-def gradients(point: Point) -> dict[str, float]:
+def gradients(point: options.Point) -> dict[str, float]:
     """Compute the derivatives of a special point with respect to every parameter not followed.
 
     Exact derivatives of its value, from the equations of its locus in two parameters: one linear

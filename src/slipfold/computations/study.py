@@ -7,8 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from slipfold import options
 from slipfold.declarations import documented
-from slipfold.options import Resume, RetryFailed, StoreFolder, StudyExecutor, StudyGiven
 from slipfold.progress import Observer
 from slipfold.results.records import provenance, structure_record
 from slipfold.results.study import StudyResult, study_result
@@ -20,12 +20,12 @@ from slipfold.studies.store import Store
 
 @documented
 def study(
-    given: StudyGiven,
-    store: StoreFolder = None,
+    given: options.StudyGiven,
+    store: options.StoreFolder = None,
     *,
-    executor: StudyExecutor = None,
-    resume: Resume = False,
-    retry_failed: RetryFailed = False,
+    executor: options.StudyExecutor = None,
+    resume: options.Resume = False,
+    retry_failed: options.RetryFailed = False,
     on_progress: Observer | None = None,
 ) -> StudyResult:
     """Compute the same thing for many cases, on one core or many.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold import options
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.computations.arguments import (
@@ -24,27 +25,6 @@ from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval, parse_quantity
-from slipfold.options import (
-    Above,
-    Choose,
-    Correlation,
-    DesignState,
-    Distributions,
-    HasPoint,
-    Indices,
-    Keep,
-    Load,
-    Loads,
-    Number,
-    Outside,
-    Over,
-    Point,
-    Samples,
-    Seed,
-    Span,
-    Threshold,
-    ThresholdType,
-)
 from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
 
@@ -65,11 +45,11 @@ INTERRUPTED = "interrupted before this was reached"
 @documented
 def threshold_map(
     model: Model,
-    threshold: Threshold,
-    type: ThresholdType = "PD",
+    threshold: options.Threshold,
+    type: options.ThresholdType = "PD",
     *,
-    over: Over,
-    span: Span,
+    over: options.Over,
+    span: options.Span,
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> ThresholdMap:
@@ -120,14 +100,14 @@ def threshold_map(
 
 @documented
 def uncertainty(
-    point: Point,
-    distributions: Distributions,
+    point: options.Point,
+    distributions: options.Distributions,
     *,
-    correlation: Correlation = None,
-    samples: Samples = 1024,
-    seed: Seed = 0,
-    loads: Loads = (),
-    indices: Indices = False,
+    correlation: options.Correlation = None,
+    samples: options.Samples = 1024,
+    seed: options.Seed = 0,
+    loads: options.Loads = (),
+    indices: options.Indices = False,
     on_progress: Observer | None = None,
 ) -> ThresholdUncertainty:
     """Compute the distribution of a threshold of uncertain parameters, by gradients and by samples.
@@ -263,14 +243,14 @@ def _missing(reasons: NDArray[np.str_]) -> str:
 
 @documented
 def design(
-    point: Point,
-    choose: Choose,
+    point: options.Point,
+    choose: options.Choose,
     *,
-    load: Load,
-    above: Above = None,
-    outside: Outside = None,
-    keep: Keep = None,
-    state: DesignState = None,
+    load: options.Load,
+    above: options.Above = None,
+    outside: options.Outside = None,
+    keep: options.Keep = None,
+    state: options.DesignState = None,
     on_progress: Observer | None = None,
 ) -> Design:
     """Choose parameters that minimize the vibration while a threshold meets a bound.
@@ -355,7 +335,7 @@ def design(
 
 
 def _bounds(
-    point: SpecialPoint, choose: Mapping[str, tuple[Number, Number]]
+    point: SpecialPoint, choose: Mapping[str, tuple[options.Number, options.Number]]
 ) -> dict[str, tuple[float, float]]:
     if not choose:
         raise InputError(
@@ -387,7 +367,7 @@ def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, 
 
 
 def _kept(
-    point: SpecialPoint, keep: Mapping[str, tuple[SpecialPoint | HasPoint, Number]]
+    point: SpecialPoint, keep: Mapping[str, tuple[SpecialPoint | options.HasPoint, options.Number]]
 ) -> dict[str, tuple[SpecialPoint, float]]:
     result = {}
     for name, (given, least) in keep.items():
@@ -472,5 +452,5 @@ def _confirmed(
     return confirmed, True
 
 
-def _number(given: Number, parameter: Parameter) -> float:
+def _number(given: options.Number, parameter: Parameter) -> float:
     return parse_quantity(given, parameter.unit, parameter.name)

@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
+from slipfold import options
 from slipfold.bifurcations.branches.batched import BatchedCase, follow_batch
 from slipfold.bifurcations.branches.batched_walk import BATCH
 from slipfold.bifurcations.branches.response import trace_response
@@ -27,19 +28,6 @@ from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION, Output, State
 from slipfold.models.units import interval
-from slipfold.options import (
-    Box,
-    ExponentPeriods,
-    ExponentTolerance,
-    Periods,
-    SearchPeriods,
-    Seed,
-    Span,
-    Start,
-    Starts,
-    SteadyTolerance,
-    Vary,
-)
 from slipfold.orbits.extrema import steady_extrema
 from slipfold.parameter_space.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
 
@@ -136,7 +124,7 @@ def _named(fields: Sequence[CaseField], values: Iterable[Any]) -> dict[str, Valu
     return result
 
 
-def parsed_span(model: Model, name: str, span: Span) -> tuple[float, float]:
+def parsed_span(model: Model, name: str, span: options.Span) -> tuple[float, float]:
     """Return the ends of a span in which orbits are followed, in SI units."""
     check_followed(model)
     return interval(model.variable_parameter(name), span)
@@ -145,8 +133,8 @@ def parsed_span(model: Model, name: str, span: Span) -> tuple[float, float]:
 class LossWork(Work):
     """The first loss of stability of a response over a parameter."""
 
-    vary: Vary
-    span: Span
+    vary: options.Vary
+    span: options.Span
 
     def varied(self) -> Collection[str]:
         """Return the parameter followed."""
@@ -287,7 +275,7 @@ class LocusWork(Work):
     what: Literal["locus"]
     types: tuple[str, ...] = ("PD",)
     periods: tuple[int, ...] = (1,)
-    window: dict[str, Span]
+    window: dict[str, options.Span]
 
     def varied(self) -> Collection[str]:
         """Return the two parameters of the window."""
@@ -358,7 +346,7 @@ class LocusWork(Work):
 class TrajectoryWork(Work):
     """Something of the solution from one state."""
 
-    start: Start = None
+    start: options.Start = None
 
     def checked(self, model: Model) -> Self:
         """Return it unchanged if the model has such a start."""
@@ -370,8 +358,8 @@ class SimulationWork(TrajectoryWork):
     """A solution from one state: whether it becomes steady, its period, last state and extrema."""
 
     what: Literal["simulation"]
-    periods: Periods = None
-    tolerance: SteadyTolerance = 1e-9
+    periods: options.Periods = None
+    tolerance: options.SteadyTolerance = 1e-9
 
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
@@ -417,8 +405,8 @@ class LyapunovWork(TrajectoryWork):
     """Growth rates of perturbations of a solution: periodic, a torus or chaos."""
 
     what: Literal["lyapunov"]
-    periods: ExponentPeriods = None
-    tolerance: ExponentTolerance = 1e-8
+    periods: options.ExponentPeriods = None
+    tolerance: options.ExponentTolerance = 1e-8
 
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
@@ -461,10 +449,10 @@ class AttractorsWork(Work):
     listed: ClassVar[str] = "attractor"
 
     what: Literal["attractors"]
-    box: Box = None
-    starts: Starts = 256
-    seed: Seed = 0
-    periods: SearchPeriods = None
+    box: options.Box = None
+    starts: options.Starts = 256
+    seed: options.Seed = 0
+    periods: options.SearchPeriods = None
 
     def checked(self, model: Model) -> Self:
         """Return it unchanged if the model has such a box."""

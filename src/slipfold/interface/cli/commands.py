@@ -127,12 +127,13 @@ def signature_of(home: str) -> Mapping[str, inspect.Parameter]:
     given = function.args
     count = len(given.args) - len(given.defaults)
     defaults = [*[None] * count, *given.defaults, *given.kw_defaults]
+    names = {f"options.{name}": value for name, value in vars(declarations).items()}
     return {
         item.arg: inspect.Parameter(
             item.arg,
             inspect.Parameter.KEYWORD_ONLY,
             default=REQUIRED if default is None else ast.literal_eval(default),
-            annotation=getattr(declarations, ast.unparse(item.annotation or item), None),
+            annotation=names.get(ast.unparse(item.annotation or item)),
         )
         for item, default in zip([*given.args, *given.kwonlyargs], defaults, strict=True)
     }
