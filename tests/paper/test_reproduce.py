@@ -12,11 +12,10 @@ import pytest
 from PIL import Image
 
 import slipfold as sf
-from slipfold import InputError
+from slipfold import InputError, writing
 from slipfold.interface.paper import reproduce
 from slipfold.interface.paper.cases import read_cases
 from slipfold.interface.paper.tables import COLUMNS
-from slipfold.results import writing
 
 CASES = read_cases()
 

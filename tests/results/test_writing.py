@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from helpers.studies import files_of_at_most
-from slipfold import InputError
-from slipfold.results import writing
+from slipfold import InputError, writing
 from slipfold.results.tables import LabeledTable, Variable
-from slipfold.results.writing import NETCDF, check_writable, write_file
+from slipfold.writing import NETCDF, check_writable, write_file
 
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.is_char_device(), reason="there is no /dev/full")
@@ -52,7 +51,7 @@ def test_nothing_is_left_behind_by_an_interrupt(tmp_path, monkeypatch):
 
 def test_disk_that_fills_up_half_way(tmp_path):
     program = (
-        "import sys; from slipfold.results.writing import write_file\n"
+        "import sys; from slipfold.writing import write_file\n"
         "try: write_file(sys.argv[1], bytes(100_000))\n"
         "except ValueError as error: print(error)"
     )

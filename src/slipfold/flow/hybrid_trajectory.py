@@ -31,28 +31,15 @@ from slipfold.flow.release import Release, released_at_limit
 
 
 class Interval(NamedTuple):
-    """A time in which a contact slips, sticks or is open.
+    """A time in which a contact slips, sticks or is open."""
 
-    Parameters
-    ----------
-    contact
-        Its name.
-    state
-        ``"slip"``, ``"stick"`` or ``"free"``.
-    begin, end
-        Time since the start of the trajectory, in forcing periods; of an autonomous model in s.
-    work
-        Work of its friction on the structure in J.
-    heat
-        Heat from friction in J.
-    """
-
-    contact: str
-    state: str
+    contact: str  # its name
+    state: str  # ``"slip"``, ``"stick"`` or ``"free"``
+    # Time since the start of the trajectory, in forcing periods; of an autonomous model in s
     begin: float
     end: float
-    work: float
-    heat: float
+    work: float  # of its friction on the structure in J
+    heat: float  # from friction in J
 
 
 @dataclass(eq=False, slots=True)  # frozen ones take three times as long to make

@@ -144,11 +144,6 @@ def find_spectrum(
         Whether a trajectory that has not settled is multiplied by Hann's window, so that a line
         leaks into its neighbors only; its amplitude may be 15 % too small.
 
-    Returns
-    -------
-    Spectrum
-        Of all outputs.
-
     Raises
     ------
     InputError

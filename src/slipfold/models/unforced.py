@@ -171,12 +171,7 @@ class Unforced(Model):
         return self.forced_model.unforced_scales()
 
     def static_point(self) -> Array:
-        """Return the equilibrium that is reached from the model's start.
-
-        Returns
-        -------
-        ndarray, shape (n_states,)
-            The state.
+        """Return the equilibrium that is reached from the model's start, shape (n_states,).
 
         Raises
         ------

@@ -89,11 +89,6 @@ def periodic_orbit(
         Duration of a cycle of an autonomous model in seconds, about; without it the time after
         which the trajectory returns.
 
-    Returns
-    -------
-    PeriodicOrbit
-        The orbit with its multipliers.
-
     Raises
     ------
     InputError

@@ -156,13 +156,7 @@ class Distribution(Documented):
         return np.asarray(self._law.ppf(_inside(fraction)))
 
     def record(self) -> dict[str, Any]:
-        """Return it as the table from which it can be read again.
-
-        Returns
-        -------
-        dict
-            Plain data, numbers in SI units.
-        """
+        """Return it as the table from which it can be read again."""
         if self.kind == "uniform":
             ends = {"from": self.mean - self.size, "to": self.mean + self.size}
             return {"distribution": self.kind, **ends}

@@ -21,6 +21,7 @@ from slipfold.models.units import units_of
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, number_text
+from slipfold.writing import write_file
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What of an output is measured over a period, as diagrams draw it."""
@@ -139,11 +140,7 @@ class Measurement(OneLine, ReadOnly):
         path
             The file.
         """
-        try:
-            Path(path).write_text(csv_of(self), encoding="utf-8")
-        except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"{path} cannot be written ({reason}); give another place") from error
+        write_file(path, csv_of(self).encode())
 
     def _line(self) -> str:
         ends = f"{number_text(self.values.min())} to {number_text(self.values.max())} {self.unit}"
@@ -173,7 +170,7 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
     The head names a parameter of the model and what was measured, each with its unit: ``Nd [N]``,
     ``max y [mm]``, ``peak_to_peak x [m]``. A column ``error of max y [mm]`` holds standard
     deviations of measurements, a column ``sweep`` the words up or down. Lines that begin with # are
-    skipped; an empty cell is a measurement that is missing.
+    skipped; an empty cell is a measurement that is missing. Results are in SI units.
 
     Parameters
     ----------
@@ -181,11 +178,6 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
         The file.
     model
         The model whose parameter and outputs it names.
-
-    Returns
-    -------
-    Measurement
-        The measurements in SI units.
     """
     try:
         text = Path(path).read_text(encoding="utf-8-sig")

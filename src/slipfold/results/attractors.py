@@ -297,11 +297,6 @@ class Basins(FoundAttractors):
         minimum
             1 for all cells in which the label changes, 2 for those where it changes within the
             error of the integration.
-
-        Returns
-        -------
-        float
-            The fraction, from 0 to 1.
         """
         return float((self.uncertain >= minimum).mean())
 

@@ -31,8 +31,8 @@ from slipfold.results.records import (
     types_of,
 )
 from slipfold.results.tables import Frame, LabeledTable, Variable, frame_of, read_netcdf
-from slipfold.results.writing import NETCDF, check_writable, write_file
 from slipfold.text import OneLine, PrintedTable, html_list
+from slipfold.writing import NETCDF, check_writable, write_file
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]

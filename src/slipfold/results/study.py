@@ -126,11 +126,6 @@ class StudyResult(Result):
         quantity
             The name of a number that was found, or a number for each case, shape (n_cases,).
 
-        Returns
-        -------
-        SobolIndices
-            First and total indices with their errors.
-
         Raises
         ------
         InputError

@@ -227,17 +227,12 @@ class RegimeMap(Result):
         return first, second
 
     def names(self, run: str) -> NDArray[np.str_]:
-        """Return the regimes in words, such as ``"period 2"``.
+        """Return the regimes of all cells in words, such as ``"period 2"``, shape (n1, n2).
 
         Parameters
         ----------
         run
             One of `runs`.
-
-        Returns
-        -------
-        ndarray, shape (n1, n2)
-            What the trajectory of each cell does.
         """
         place = self._run(run)
         names = np.char.add("period ", self.periods[place].astype(str))

@@ -174,11 +174,6 @@ class ThresholdUncertainty(Result):
         ----------
         level
             The probability.
-
-        Returns
-        -------
-        tuple of float
-            Its ends, in the unit of the threshold.
         """
         if not 0 < level < 1:
             raise InputError(f"level = {level!r} is no probability; give one between 0 and 1")
@@ -208,11 +203,6 @@ class ThresholdUncertainty(Result):
         It is Wilson's, as for samples drawn at random; Sobol's are spread more evenly. Samples
         without the threshold count as unstable for its lower end and as stable for its upper one,
         and so do those of the gradients that `thresholds` contradict.
-
-        Returns
-        -------
-        tuple of float
-            Its ends.
         """
         from scipy.stats import binomtest
 

@@ -212,11 +212,6 @@ class TorusSpectrum(SpectralLines, ReadOnly):
             A state or output of the model; the first state if None.
         **options
             Options of the drawing, e.g. ``ax=`` the axes to draw in.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
         """
         return draw(self, output=output, **options)
 

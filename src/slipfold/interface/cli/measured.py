@@ -49,7 +49,7 @@ class MeasurementFile(Outputs):
     def status_of(self, compute: Callable[..., Any]) -> int:
         """Measure, write what there is and return the exit status."""
         from slipfold.parameter_space.measurement import csv_of
-        from slipfold.results.writing import write_file
+        from slipfold.writing import write_file
 
         total = 0
         with live_line() as show, deferred_interrupts() as check:

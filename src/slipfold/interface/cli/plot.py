@@ -87,7 +87,7 @@ def plot(
     from slipfold.results.diagram import Diagram
     from slipfold.results.result import load
     from slipfold.results.trajectories import Sweep
-    from slipfold.results.writing import check_writable, write_file
+    from slipfold.writing import check_writable, write_file
 
     path = Path(result).with_suffix(".png") if out is None else Path(out)
     form = path.suffix.lower().lstrip(".")

@@ -137,7 +137,7 @@ class Outputs:
 
     def checked(self) -> Self:
         """Return them, made sure before computing that all files can be written."""
-        from slipfold.results.writing import NETCDF, check_writable
+        from slipfold.writing import NETCDF, check_writable
 
         paths = [path for path in (self.out, self.csv) if path is not None]
         if self.json not in (None, "-"):
@@ -209,7 +209,7 @@ class Outputs:
 
 def write_json(record: dict[str, Any], path: str) -> None:
     """Write plain data as JSON."""
-    from slipfold.results.writing import write_file
+    from slipfold.writing import write_file
 
     text = json.dumps(record, indent=2, allow_nan=False)
     if path == "-":

@@ -49,7 +49,7 @@ def shapes(
     """Write the modes of a structure on its mesh, or draw one of them."""
     from slipfold.models.structures.mesh import Mesh
     from slipfold.models.structures.structure import Structure
-    from slipfold.results.writing import check_writable, write_file
+    from slipfold.writing import check_writable, write_file
 
     path = Path(out)
     form = path.suffix.lower().lstrip(".")

@@ -17,9 +17,9 @@ from slipfold.interface.paper.drawing import render
 from slipfold.interface.paper.tables import planes_markdown, thresholds_csv
 from slipfold.progress import Observer, Progress
 from slipfold.read_only import Documented
-from slipfold.results.writing import check_writable, write_file
 from slipfold.studies.executors import open_executor
 from slipfold.text import listed
+from slipfold.writing import check_writable, write_file
 
 WITH_TORI = {2, 3}
 """Figures that get the tori that the paper leaves out, on request."""

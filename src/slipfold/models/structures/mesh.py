@@ -17,6 +17,7 @@ from slipfold.models.structures.component import brief, is_whole
 from slipfold.models.structures.matrix_files import node_name
 from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
+from slipfold.writing import write_file
 
 
 class CellKind(NamedTuple):
@@ -152,11 +153,6 @@ class Mesh(OneLine):
             triangle, four a quad, six a wedge and eight a hexahedron.
         directions
             As of the class.
-
-        Returns
-        -------
-        Mesh
-            The mesh.
         """
         path = Path(path)
         if path.suffix.lower() != ".csv":
@@ -196,13 +192,7 @@ class Mesh(OneLine):
         return Mesh(tuple(names), points, tuple(cells), self.directions)
 
     def faces(self) -> list[tuple[int, ...]]:
-        """Return the nodes around each face that is not between two elements, and lines.
-
-        Returns
-        -------
-        list of tuple of int
-            Places of the nodes.
-        """
+        """Return the places of nodes: of lines, and of faces that are not between two elements."""
         seen: dict[frozenset[int], list[tuple[int, ...]]] = {}
         for kind, places in self.cells:
             for face in CELLS[kind].faces:
@@ -365,11 +355,6 @@ class MeshShapes(OneLine, Documented):
         ----------
         **options
             Options of the drawing that the notes of the class name.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
         """
         return draw(self, **options)
 
@@ -380,11 +365,6 @@ class MeshShapes(OneLine, Documented):
         ----------
         path
             Path of the file; it ends in ``.vtk``.
-
-        Returns
-        -------
-        Path
-            The path.
         """
         path = Path(path)
         if path.suffix != ".vtk":
@@ -408,12 +388,7 @@ class MeshShapes(OneLine, Documented):
             # Names have no blanks in this format.
             name = f"{number}_{'_'.join(label.replace('=', ' ').split())}"
             lines += [f"VECTORS {name} double", *_vectors(shape)]
-        try:
-            path.write_text("\n".join(lines) + "\n")
-        except OSError as error:
-            raise InputError(
-                f"{path} cannot be written: {error.strerror}; give another path"
-            ) from None
+        write_file(path, ("\n".join(lines) + "\n").encode())
         return path
 
     def _line(self) -> str:

@@ -106,14 +106,9 @@ class Coordinates:
 class FullStructure:
     """A structure with all its degrees of freedom: what reductions approximate.
 
-    Parameters
-    ----------
-    mass, stiffness
-        Matrices of shape (n, n), full or sparse.
-    acting
-        Weights of the degrees of freedom in each direction of a force, shape (n, a).
-    watched
-        The same of displacements that are outputs, shape (n, w).
+    The weights of the degrees of freedom in each direction of a force are `acting`, those of
+    displacements that are outputs `watched`. Shapes: mass, stiffness (n, n), full or sparse;
+    acting (n, a); watched (n, w).
     """
 
     def __init__(self, mass: Any, stiffness: Any, acting: Array, watched: Array) -> None:

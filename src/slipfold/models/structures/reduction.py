@@ -135,7 +135,14 @@ class Reduced:
         )
 
 
-class Reduction(ABC):
+Accuracy = Annotated[
+    float | None,
+    "Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as "
+    "`ReductionReport` measures it.",
+]
+
+
+class Reduction(Documented, ABC):
     """A way to describe a structure by few modal coordinates."""
 
     title: ClassVar[str] = "reduction"
@@ -319,16 +326,6 @@ class ModalReduction(Reduction):
     The coordinates are ``mode1 mode2 ...``; the largest displacement of each is 1, so they are in
     m. The compliance of the higher modes at forces that act at a point is lost.
 
-    Parameters
-    ----------
-    modes
-        How many; or give `up_to`.
-    up_to
-        Keep the modes up to this frequency in Hz.
-    accuracy
-        Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as
-        `ReductionReport` measures it.
-
     Examples
     --------
     >>> ModalReduction(up_to="200 Hz")
@@ -337,9 +334,9 @@ class ModalReduction(Reduction):
 
     title: ClassVar[str] = "modal reduction"
 
-    modes: int | None = None
-    up_to: float | str | None = None
-    accuracy: float | None = None
+    modes: Annotated[int | None, "How many; or give `up_to`."] = None
+    up_to: Annotated[float | str | None, "Keep the modes up to this frequency in Hz."] = None
+    accuracy: Accuracy = None
 
     def _shapes(self, full: FullStructure, names: tuple[str, ...]) -> Shapes:
         return FreeShapes(full, residual=False)
@@ -353,16 +350,6 @@ class FreeInterface(ModalReduction):
     a force there is one coordinate more: the static displacement of the other modes (Rubin). So
     static forces there cause the exact displacement. Of these static shapes the modal coordinates
     of the highest frequencies are made.
-
-    Parameters
-    ----------
-    modes
-        How many; or give `up_to`.
-    up_to
-        Keep the modes up to this frequency in Hz.
-    accuracy
-        Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as
-        `ReductionReport` measures it.
 
     References
     ----------
@@ -389,19 +376,6 @@ class CraigBampton(Reduction):
     boundary's displacements are outputs by their names. Static loads at the boundary are exact;
     without modes it is Guyan's condensation.
 
-    Parameters
-    ----------
-    boundary
-        Names of the degrees of freedom with elements, contacts and forces.
-    modes
-        How many modes with the boundary held; or give `up_to`.
-    up_to
-        Keep the modes with the boundary held up to this frequency in Hz; about 1.5 times the
-        highest frequency of interest is usual.
-    accuracy
-        Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as
-        `ReductionReport` measures it.
-
     References
     ----------
     R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
@@ -415,10 +389,16 @@ class CraigBampton(Reduction):
 
     title: ClassVar[str] = "Craig-Bampton reduction"
 
-    boundary: Any = field()
-    modes: int | None = None
-    up_to: float | str | None = None
-    accuracy: float | None = None
+    boundary: Annotated[
+        Any, "Names of the degrees of freedom with elements, contacts and forces."
+    ] = field()
+    modes: Annotated[int | None, "How many modes with the boundary held; or give `up_to`."] = None
+    up_to: Annotated[
+        float | str | None,
+        "Keep the modes with the boundary held up to this frequency in Hz; about 1.5 times the "
+        "highest frequency of interest is usual.",
+    ] = None
+    accuracy: Accuracy = None
 
     def __post_init__(self) -> None:
         """Check the boundary, and that one of the two extents is given."""

@@ -411,11 +411,6 @@ class Structure(MechanicalModel):
         """Return the linear modes about the static point, all forces included.
 
         Shapes of a reduced structure are the displacements that are outputs, if there are any.
-
-        Returns
-        -------
-        Modes
-            One per pair of eigenvalues, lowest natural frequency first.
         """
         modes, assembly = super().modes(), self._assembly
         if not assembly.reduced or not assembly.watched:
