@@ -84,6 +84,7 @@ def test_a_line_of_equilibria_also_on_the_end_of_the_span_is_a_family(first, tmp
     assert [item.type for item in line.special] == ["BP"]
     assert line.stopped.kind == "family"
     assert "equilibria have the same T = 0" in line.stopped.reason
+    assert len(line) < 30
 
 
 def test_free_vibrations_of_the_forcings_period_are_a_family():

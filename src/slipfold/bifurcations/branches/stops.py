@@ -26,7 +26,8 @@ class StopRules:
     # are thirty thousand times as large then, and rounding soon prevents corrections
     family: int = 150
     # Equilibria with one value of the parameter, none of them singular, after which they run away;
-    # points of a locus at one place of the plane after which it stands still
+    # those of a whole branch, singular over a length of one, after which they are a family; points
+    # of a locus at one place of the plane after which it stands still
     away: int = 10
     # Distance from the first orbit, in scales of states, beyond which an orbit runs away, as at an
     # undamped resonance: multipliers come within 1e-5 of one, and rounding makes branch points
@@ -188,16 +189,18 @@ class Families:
         """Return the last of many points with the same value of the parameter."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
         value, rounded = orbits.value(interval.point.z), _rounded(orbits, interval.point)
-        many = len(interval.traced.points) >= STOP.family
+        many, rests = len(interval.traced.points) >= STOP.family, orbits.kind == "equilibrium"
+        if rests and len(points) >= STOP.away:  # a branch that is constant here is so everywhere
+            many |= bool(np.linalg.norm(points[-1].z - points[0].z) > 1)
         first = interval.traced.points[0]  # a vibration about a large mean does not run away
         start = first.curve.orbits.nodes(first.z)[0]
         moved = size_in_scales(orbits, interval.point, start)
-        far = orbits.kind != "equilibrium" and moved > STOP.far
+        far = not rests and moved > STOP.far
         if (many or far) and in_family(points):
             return MonitorResult(stop=Stop(interval.point, family_end(orbits, points)))
         if far:
             where = f" at {orbits.vary} = {rounded:.9g}"
-        elif orbits.kind == "equilibrium" and _runs_away(points[-STOP.away :]):
+        elif rests and _runs_away(points[-STOP.away :]):
             where = f" while {orbits.vary} stays at {value:.9g}"
         else:
             return MonitorResult()
