@@ -52,6 +52,20 @@ def test_pitchfork_of_equilibria(sign):
     assert point.criticality == ("supercritical" if sign > 0 else "subcritical")
 
 
+@pytest.mark.parametrize("c", [1, 4])
+def test_of_images_under_a_symmetry_one_is_followed_in_any_scales(c):
+    # z' = r z + conj(z)^2 - |z|^2 z, z = x + i c y: six branches, r = |z|^2 -+ |z|, three each.
+    square = f"(x^2 + {c**2}*y^2)"
+    states = {"x": f"r*x + x^2 - {c**2}*y^2 - {square}*x", "y": f"r*y - 2*x*y - {square}*y"}
+    rest, *others = sf.response(
+        system("three", **states, z=f"{square} - z"), "r", (-0.5, 0.5)
+    ).branches
+    assert "of branches that are images" in rest.special[0].undecided
+    assert sorted(b.states[-1, 2] ** 0.5 for b in others) == pytest.approx(
+        [0.75**0.5 - 0.5, 0.75**0.5 + 0.5]
+    )
+
+
 def test_a_branch_between_two_branch_points_is_followed_once():
     # x^2 = r (1 - r): a closed curve through both points, where it turns without a fold.
     model = system("bubble", x="r*(1 - r)*x - x^3 + 0.2*y", y="-y")

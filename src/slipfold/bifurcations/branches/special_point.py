@@ -85,13 +85,15 @@ class SpecialPoint(LocatedPoint):
         if self.several:
             angles = np.sort(angles_on_circle(self.multipliers))
             distinct = np.count_nonzero(np.diff(angles, prepend=-1.0) > ALIKE)
-            followed = (
-                f"; cycles of at most {distinct} of the {len(angles)} critical pairs are followed, "
-                "one of each frequency"
-            )
+            followed = {"BP": "; of branches that are images of each other one is followed"}
+            if distinct < len(angles):
+                followed["HB"] = (
+                    f"; cycles of at most {distinct} of the {len(angles)} critical pairs are "
+                    "followed, one of each frequency"
+                )
             return (
                 "criticality unknown: several multipliers are critical at once, as by a symmetry"
-                f"{followed if self.type == 'HB' and distinct < len(angles) else ''}"
+                f"{followed.get(self.type, '')}"
             )
         if self.type == "BP" and self.coefficient is None and self.name != "pitchfork":
             return "no other branch was found to cross here"

@@ -18,6 +18,7 @@ from slipfold.continuation.curve_set import FollowedCurve, Start
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -124,8 +125,8 @@ def branches_around(orbits: Orbits, point: OrbitPoint) -> list[EmanatingBranch]:
 
     There the Jacobian has a kernel of three dimensions: the tangent of the branch that is known,
     and a plane. Branches cross a small circle in that plane in isolated points, which Newton's
-    method finds from directions all around. Of branches that are symmetric images of each other,
-    with the same parameter and multipliers at the same distance, one is followed.
+    method finds from directions all around. Of branches that are symmetric images of each other one
+    is followed.
     """
     right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-3:]
     along = right @ point.tangent
@@ -143,7 +144,8 @@ def branches_around(orbits: Orbits, point: OrbitPoint) -> list[EmanatingBranch]:
             row = (found.z - point.z) @ plane.T @ plane
             row /= np.linalg.norm(row)
         else:
-            if found is not None and not any(_are_images(found, other) for other in points):
+            images = (_are_images(orbits, point, item, found) for item in points if found)
+            if found is not None and not any(images):
                 points.append(found)
     children = []
     for item in points:
@@ -169,13 +171,27 @@ def _nearest_orbit(orbits: Orbits, z: Array, away: Array, plane: Array) -> Array
     return near
 
 
-def _are_images(first: OrbitPoint, second: OrbitPoint) -> bool:
-    """Whether two orbits at the same distance from a symmetric one are images of each other."""
+def _are_images(orbits: Orbits, point: OrbitPoint, first: OrbitPoint, second: OrbitPoint) -> bool:
+    """Whether two branches from an orbit are images: for one parameter they have one spectrum.
+
+    The scales of states, and with them the distances of two images, need not be symmetric.
+    """
+    rise, other = (float(item.z[-1] - point.z[-1]) for item in (first, second))
+    if abs(rise - other) >= SAME_ORBIT * BIFURCATION.radius:
+        if rise * other <= 0:
+            return False
+        away = second.z - point.z  # the parameter changes with a power of the distance
+        slope = second.tangent[-1] / np.linalg.norm(second.tangent[:-1])
+        power = slope * np.linalg.norm(away[:-1]) / other
+        guess = point.z + away * abs(rise / other) ** (1 / power)
+        guess[-1] = first.z[-1]
+        reach = 0.2 * float(np.linalg.norm(guess - point.z))
+        correction = correct(orbits, guess, hold_parameter(orbits.size), reach=reach)
+        if not correction.converged:
+            return False
+        second = orbits.point(correction, 0.0)
     apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
-    return (
-        abs(first.z[-1] - second.z[-1]) < SAME_ORBIT * BIFURCATION.radius
-        and apart.max() < SAME_ORBIT
-    )
+    return bool(apart.max() < SAME_ORBIT)
 
 
 def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
