@@ -3,6 +3,7 @@
 import pytest
 
 import slipfold as sf
+from slipfold.bifurcations.branches import response
 
 ISOLA = {
     "name": "isola of cycles",
@@ -71,12 +72,23 @@ def test_an_isola_is_found_once_where_the_search_starts_at_its_folds():
     assert [branch.kind for branch in diagram.branches] == ["equilibrium", "periodic"]
 
 
-def test_cycles_that_a_doubled_branch_closes_on_are_followed():
+def test_cycles_that_a_doubled_branch_closes_on_are_followed(monkeypatch):
+    close, where_it_began = response.close_on_parent, list[str]()
+
+    def closed(orbits, children, first, *meeting):
+        stop = close(orbits, children, first, *meeting)
+        if stop.reached:
+            again = close(orbits, children, stop.reached.start, *meeting)
+            where_it_began.append(again.end.kind)
+        return stop
+
+    monkeypatch.setattr(response, "close_on_parent", closed)
     diagram = sf.response(sf.System(DOUBLING), vary="p", span=(-0.6, 0.6), also=[{"p": 0.0}])
     *_, isola, doubled = diagram.branches
     expected = [("PD", 0.1875**0.5), ("LP", 0.5), ("LP", -0.5), ("PD", -(0.1875**0.5))]
     assert [(item.type, pytest.approx(item.value)) for item in isola.special] == expected
     assert {isola.stopped.kind, doubled.stopped.kind} == {"closed"}
+    assert set(where_it_began) == {"failed"}
 
 
 def test_equilibria_that_cycles_shrink_to_are_followed_and_the_cycles_once():

@@ -104,6 +104,16 @@ def test_lorenz_cycles_end_where_they_are_homoclinic():
     assert len(cycles) < 80
 
 
+def test_a_loop_through_two_saddles_is_no_homoclinic_orbit():
+    # Allee: (n, p) = (0.1, 0) and (1, 0) are saddles where 0.1 < m < 1.
+    states = {"n": "n*(n - 0.1)*(1 - n) - n*p", "p": "p*(n - m)"}
+    starts = {"start": {"n": 0.6, "p": 0.1}}
+    predators = sf.System(parameters={"m": 0.6}, states=states)
+    _, cycles = sf.response(predators, vary="m", span=(0.6, 0.4), **starts).branches
+    assert "nears a heteroclinic loop: orbits that connect 2 saddles" in cycles.stopped.reason
+    assert cycles.orbit(-1).extrema.of("n")[0] == pytest.approx(0.1, abs=1e-6)
+
+
 def test_cycles_that_cannot_be_followed_any_nearer_say_where_they_lead():
     # Lorenz: homoclinic orbit at rho = 13.926557 (Sparrow 1982).
     lorenz = sf.built_in_models()["lorenz"]()

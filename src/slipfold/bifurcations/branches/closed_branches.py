@@ -234,12 +234,25 @@ def _odd(orbits: Orbits, z: Array) -> Array:
 
 
 def close_on_parent(
-    orbits: Orbits, children: Sequence[EmanatingBranch], last: OrbitPoint, meeting: Array
+    orbits: Orbits,
+    children: Sequence[EmanatingBranch],
+    first: OrbitPoint,
+    last: OrbitPoint,
+    meeting: Array,
 ) -> Stop[OrbitPoint]:
-    """Return the end of a branch that meets its copy: where another is known to begin, if any."""
+    """Return the end of a branch that meets its copy: where another is known to begin, if any.
+
+    One branch alone leaves such a point, so that it cannot come back to where it began.
+    """
     child = _matching(orbits, meeting, children)
     value = orbits.value(meeting if child is None else child.in_terms_of(orbits))
     where = _place_of_meeting(orbits, meeting)
+    if child is not None and child.start is first:
+        reason = (
+            f"no orbit was found away from {where} at {orbits.vary} = {value:.9g}, where the "
+            "branch begins: errors of its orbits are as large as the steps that lead to others"
+        )
+        return Stop(last, End("failed", reason, (value,)))
     reason = f"the branch closed on {where} at {orbits.vary} = {value:.9g}"
     beyond = None if child is None else _child_point(orbits, last, child)
     return Stop(last, End("closed", reason, (value,)), beyond, child)

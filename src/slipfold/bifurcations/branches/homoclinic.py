@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -56,18 +57,18 @@ class Homoclinic:
         # Steps become short where multipliers of 1e60 leave no digits for longer ones.
         recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
         crawls = len(points) > RULE.crawls and recent < RULE.arc
-        stands = RULE.stands if crawls else STOP.constant
+        stands = (RULE.stands, 1.0) if crawls else (STOP.constant, RULE.grown)
         kind = "homoclinic"
-        if _stands(orbits, points, stands) and _passes_saddle(points[-1]):
+        if _stands(orbits, points, *stands) and (neared := _neared(points[-1])):
             reason = (
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
-                f"at {value:.9g}: the cycle nears a homoclinic orbit"
+                f"at {value:.9g}: the cycle nears {neared}"
             )
-        elif self._snakes(interval) and _passes_saddle(points[-1]):
+        elif self._snakes(interval) and (neared := _neared(points[-1])):
             reason = (
                 f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
-                f"{orbits.vary} = {value:.7g}: the cycle nears a homoclinic orbit, about which the "
-                "branch turns without end"
+                f"{orbits.vary} = {value:.7g}: the cycle nears {neared}, about which the branch "
+                "turns without end"
             )
         elif (added := self._added(interval)) is not None:
             first, last = orbits.width * self._folds(interval, 2)[0]
@@ -136,11 +137,10 @@ def snakes_about(
 
 def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
     """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
-    if not _stands(orbits, points, RULE.stands) or not _passes_saddle(points[-1]):
-        return ""
-    return (
+    neared = _neared(points[-1]) if _stands(orbits, points, RULE.stands, RULE.grown) else ""
+    return neared and (
         f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
-        f"{orbits.vary} hardly changes: the cycle nears a homoclinic orbit"
+        f"{orbits.vary} hardly changes: the cycle nears {neared}"
     )
 
 
@@ -153,28 +153,32 @@ def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
     return float(last / first)
 
 
-def _stands(orbits: Orbits, points: Sequence[OrbitPoint], fraction: float) -> bool:
+def _stands(orbits: Orbits, points: Sequence[OrbitPoint], fraction: float, grown: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
-    if (
-        _growth(orbits, points) < RULE.grown or np.ptp(values) < STOP.constant
-    ):  # a family of centers
+    if _growth(orbits, points) < grown or np.ptp(values) < STOP.constant:  # a family of centers
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])
     return bool((np.abs(last[:, 1]) < fraction * last[:, 0] / unit).all())
 
 
-def _passes_saddle(point: OrbitPoint) -> bool:
-    """Whether a cycle is slowest beside a saddle: only there does a longer one stay longer.
+def _neared(point: OrbitPoint) -> str:
+    """Return what a cycle nears that is slowest beside a saddle, "" if it is not.
 
-    Through a canard explosion the parameter stands still as well, but the duration has a bound.
+    Only there does a longer one stay longer. Through a canard explosion the parameter stands still
+    as well, but the duration has a bound.
     """
-    slopes = _slopes_at_rest(point, point.z, RULE.near)
-    if slopes is None:
-        return False
-    growth = np.linalg.eigvals(slopes).real
-    return bool(growth.max() > 0 > growth.min())
+    saddles = list[Array]()
+    for beside in _slow_places(point, point.z, RULE.near):
+        growth = np.zeros(1) if beside is None else np.linalg.eigvals(beside[1]).real
+        if beside is not None and growth.max() > 0 > growth.min():
+            if all(np.abs(beside[0] - other).max() > RULE.near for other in saddles):
+                saddles.append(beside[0])
+        elif not saddles:  # nor is it where the cycle is slowest
+            return ""
+    several = f"a heteroclinic loop: orbits that connect {len(saddles)} saddles"
+    return several if len(saddles) > 1 else "a homoclinic orbit"
 
 
 def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:
@@ -194,30 +198,38 @@ def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:
     there = float(np.polynomial.Polynomial.fit(weights, values, 2)(0.0))
     beyond = last[-1].z.copy()
     beyond[-1] = 2 * there - beyond[-1]
-    appeared = _slopes_at_rest(last[-1], beyond, RULE.nearby) is not None
-    return (
-        there if appeared and _slopes_at_rest(last[-1], last[-1].z, RULE.nearby) is None else None
-    )
+    places = (_slow_places(last[-1], z, RULE.nearby) for z in (beyond, last[-1].z))
+    appeared, before = (next(each) is not None for each in places)
+    return there if appeared and not before else None
 
 
-def _slopes_at_rest(point: OrbitPoint, z: Array, near: float) -> Array | None:
-    """Return the Jacobian at an equilibrium with the parameters of z where a cycle is slowest."""
+def _slow_places(point: OrbitPoint, z: Array, near: float) -> Iterator[tuple[Array, Array] | None]:
+    """Yield the equilibrium beside each place where a cycle is slow, slowest first, or None.
+
+    It has the parameters of z; its scaled state comes with its Jacobian.
+    """
     orbits = point.curve
     constants, flow, zero = orbits.constants(z), orbits.flow, np.zeros(1)
     nodes = orbits.nodes(z)
     speeds = np.linalg.norm(
         flow.rates(nodes, np.zeros(len(nodes)), constants) / orbits.scales, axis=1
     )
-    slowest = nodes[speeds.argmin()][None]
+    least = np.minimum(np.roll(speeds, 1), np.roll(speeds, -1)) >= speeds
 
-    def step(scaled: Array) -> Array:
-        state = scaled[None] * orbits.scales
-        if not np.abs((state - slowest) / orbits.scales).max() < near:
+    def step(scaled: Array, start: Array) -> Array:
+        if not np.abs(scaled - start).max() < near:
             return np.full_like(scaled, np.nan)
+        state = scaled[None] * orbits.scales
         slopes = flow.jacobians(state, zero, constants)
         return -solve_each(slopes, flow.rates(state, zero, constants))[0] / orbits.scales
 
-    scaled = find_root(step, slowest[0] / orbits.scales, NEWTON)
-    if scaled is None:
-        return None
-    return flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0]
+    for start in nodes[least][speeds[least].argsort()] / orbits.scales:
+        scaled = find_root(partial(step, start=start), start, NEWTON)
+        yield (
+            scaled
+            if scaled is None
+            else (
+                scaled,
+                flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0],
+            )
+        )

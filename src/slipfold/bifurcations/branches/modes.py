@@ -114,8 +114,10 @@ class _Modes(BranchTree):
     Without damping they are a family with one value of the parameter, which does not end them.
     """
 
-    def _monitors(self, orbits: Orbits, departs: bool) -> list[Monitor[OrbitPoint]]:
-        monitors = super()._monitors(orbits, departs)
+    def _monitors(
+        self, orbits: Orbits, first: OrbitPoint, departs: bool
+    ) -> list[Monitor[OrbitPoint]]:
+        monitors = super()._monitors(orbits, first, departs)
         return [item for item in monitors if not isinstance(item, Families)]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:

@@ -123,7 +123,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             orbits,
             point,
             orbits.bounds(self._span),
-            partial(self._monitors, departs=departs),
+            partial(self._monitors, first=point, departs=departs),
             settings=settings,
             departs=departs,
             first_step=partial(_first_step, orbits, point, settings) if departs else None,
@@ -133,7 +133,9 @@ class BranchTree(CurveSet[OrbitPoint]):
             on_step=self._report,
         )
 
-    def _monitors(self, orbits: Orbits, departs: bool) -> list[Monitor[OrbitPoint]]:
+    def _monitors(
+        self, orbits: Orbits, first: OrbitPoint, departs: bool
+    ) -> list[Monitor[OrbitPoint]]:
         """Return the monitors of a branch: those that end it first, the most expensive last."""
         monitors: list[Monitor[OrbitPoint]] = [
             SwitchingBoundaries(orbits),
@@ -142,7 +144,7 @@ class BranchTree(CurveSet[OrbitPoint]):
         if has_image(orbits):
             junctions = (item for item in self._junctions if not _crosses(item))
             children = [item.child for item in junctions if item.child]
-            monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children)))
+            monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children, first)))
         if not departs:  # a branch that starts at a branch point closes there
             monitors.append(Returns(orbits, CLOSED))
         monitors.append(Limits(orbits))
