@@ -52,20 +52,6 @@ def test_lure_hopf_and_doubled_cycle():
     assert sorted(doubling.multipliers.real) == pytest.approx([-1, -0.01811007, 1], abs=1e-8)
 
 
-def test_freire_circuit():
-    # AUTO's demo tor: fold of cycles n = -0.584335, branch point n = -0.587029. The Hopf point
-    # follows from Routh and Hurwitz.
-    settings = sf.Settings(largest_period=1, steps=sf.Steps(points=120))
-    diagram = sf.response(model_named("freire"), vary="n", span=(-0.55, -0.62), settings=settings)
-    (hopf,) = special(diagram, "HB")
-    assert hopf.value == pytest.approx(-0.58933647799, abs=1e-10)
-    fold, crossing = special(diagram, "LP", 2)[0], special(diagram, "BP", 2)[0]
-    assert fold.value == pytest.approx(-0.584335, abs=1e-6)
-    assert fold.duration == pytest.approx(8.42647, abs=1e-4)
-    assert crossing.value == pytest.approx(-0.587029, abs=1e-6)
-    assert crossing.duration == pytest.approx(8.68967, abs=1e-4)
-
-
 def test_onset_of_squeal_by_falling_friction():
     # bSTAB: x'' + 0.1 x' + x with exponential Stribeck friction, at vd = 1.151292546497.
     diagram = sf.response(

@@ -114,16 +114,6 @@ def test_a_loop_through_two_saddles_is_no_homoclinic_orbit():
     assert cycles.orbit(-1).extrema.of("n")[0] == pytest.approx(0.1, abs=1e-6)
 
 
-def test_cycles_that_cannot_be_followed_any_nearer_say_where_they_lead():
-    # Lorenz: homoclinic orbit at rho = 13.926557 (Sparrow 1982).
-    lorenz = sf.built_in_models()["lorenz"]()
-    diagram = sf.response(lorenz, vary="rho", span=(0.5, 26), settings=UNDOUBLED)
-    ends = [branch.stopped for branch in diagram.branches if branch.kind == "periodic"]
-    assert [end.kind for end in ends] == ["homoclinic"] * 2
-    assert not diagram.failed
-    assert ends[0].value == pytest.approx(13.926557, abs=1e-3)
-
-
 CHUA = {
     "name": "Chua",
     "parameters": {"alpha": 6.5, "beta": 14.3, "K": 10, "a0": -1 / 7, "a1": 2 / 7},
