@@ -52,18 +52,14 @@ def test_pitchfork_of_equilibria(sign):
     assert point.criticality == ("supercritical" if sign > 0 else "subcritical")
 
 
-@pytest.mark.parametrize("c", [1, 4])
-def test_of_images_under_a_symmetry_one_is_followed_in_any_scales(c):
-    # z' = r z + conj(z)^2 - |z|^2 z, z = x + i c y: six branches, r = |z|^2 -+ |z|, three each.
-    square = f"(x^2 + {c**2}*y^2)"
-    states = {"x": f"r*x + x^2 - {c**2}*y^2 - {square}*x", "y": f"r*y - 2*x*y - {square}*y"}
-    rest, *others = sf.response(
-        system("three", **states, z=f"{square} - z"), "r", (-0.5, 0.5)
-    ).branches
+def test_of_images_under_a_symmetry_one_is_followed_in_any_scales():
+    # z' = r z + conj(z)^2 - |z|^2 z with u = |z|^2: six branches, r = u -+ sqrt(u), three each.
+    states = {"x": "r*x + x^2 - y^2 - (x^2 + y^2)*x", "y": "r*y - 2*x*y - (x^2 + y^2)*y"}
+    three = system("three", **states, u="x^2 + y^2 - u")
+    rest, *others = sf.response(three, vary="r", span=(-0.5, 0.5)).branches
     assert "of branches that are images" in rest.special[0].undecided
-    assert sorted(b.states[-1, 2] ** 0.5 for b in others) == pytest.approx(
-        [0.75**0.5 - 0.5, 0.75**0.5 + 0.5]
-    )
+    sizes = np.sqrt([branch.states[-1, 2] for branch in others])
+    assert np.sort(sizes) == pytest.approx(0.75**0.5 + np.array([-0.5, 0.5]))
 
 
 def test_a_branch_between_two_branch_points_is_followed_once():

@@ -177,21 +177,23 @@ def _are_images(orbits: Orbits, point: OrbitPoint, first: OrbitPoint, second: Or
     The scales of states, and with them the distances of two images, need not be symmetric.
     """
     rise, other = (float(item.z[-1] - point.z[-1]) for item in (first, second))
-    if abs(rise - other) >= SAME_ORBIT * BIFURCATION.radius:
+    same, close = SAME_ORBIT, SAME_ORBIT * BIFURCATION.radius
+    if abs(rise - other) >= close:
         if rise * other <= 0:
             return False
         away = second.z - point.z  # the parameter changes with a power of the distance
         slope = second.tangent[-1] / np.linalg.norm(second.tangent[:-1])
         power = slope * np.linalg.norm(away[:-1]) / other
-        guess = point.z + away * abs(rise / other) ** (1 / power)
+        with np.errstate(all="ignore"):  # where it hardly changes the power is rounding
+            guess = point.z + away * (rise / other) ** (1 / power)
         guess[-1] = first.z[-1]
         reach = 0.2 * float(np.linalg.norm(guess - point.z))
         correction = correct(orbits, guess, hold_parameter(orbits.size), reach=reach)
         if not correction.converged:
             return False
-        second = orbits.point(correction, 0.0)
+        second, same = orbits.point(correction, 0.0), close  # spectra begin to differ with `rise`
     apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
-    return bool(apart.max() < SAME_ORBIT)
+    return bool(apart.max() < same)
 
 
 def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
