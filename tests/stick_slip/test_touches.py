@@ -11,8 +11,14 @@ from slipfold.flow import trajectory
 from slipfold.flow.contact_trajectory import dense_phases
 
 
-def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():
-    (graze,) = graze_over_speed(0.3, (0.06, 0.055))
+@pytest.fixture(scope="module")
+def touched():
+    """The response in slip up to where the tip begins to stick, and beyond."""
+    return over_speed(0.3, (0.0555, 0.0551)).branches[0]
+
+
+def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane(touched):
+    (graze,) = touched.special
     window = (0.05, 0.06), (0.25, 0.35)
     (locus,) = sf.locus(graze, ("Vd", "Nd"), window, switch=False).loci
     assert (locus.started.kind, locus.stopped.kind) == ("window", "window")
@@ -20,14 +26,8 @@ def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():
     for end, values in ((locus.started, locus.values[0]), (locus.stopped, locus.values[-1])):
         assert end.values == pytest.approx(tuple(values), abs=1e-12)
     speed, pulsation = locus.values[0]
-    (again,) = graze_over_speed(pulsation, (1.05 * speed, 0.99 * speed))
+    (again,) = over_speed(pulsation, (1.01 * speed, 0.99 * speed)).branches[0].special
     assert speed == pytest.approx(again.value, abs=1e-8)
-
-
-@pytest.fixture(scope="module")
-def touched():
-    """The response in slip up to where the tip begins to stick, and beyond."""
-    return over_speed(0.3, (0.0555, 0.0551)).branches[0]
 
 
 @pytest.mark.parametrize("side", ["minimum", "maximum"])
@@ -73,11 +73,6 @@ def test_an_orbit_that_grazes_twice_by_symmetry_grazes_once(span):
     assert graze.uncertainty < 1e-9
     extrema = graze.orbit.extrema
     assert np.isfinite([extrema.minimum, extrema.maximum]).all()
-
-
-def graze_over_speed(pulsation, span):
-    """Where the response begins to stick."""
-    return [item.point for item in over_speed(pulsation, span).special]
 
 
 def over_speed(pulsation, span):

@@ -55,16 +55,17 @@ class StepPolynomials:
         powers = np.vander(times - self.times[index], self.tcs.shape[2], increasing=True)
         return np.asarray((self.tcs[index] @ powers[:, :, None])[:, :, 0])
 
-    def nodes(self, fractions: Array) -> tuple[Array, Array, Array]:
-        """Return states and times after fractions of each step, and the rate of time with them.
+    def nodes(self, fractions: Array, steps: Any = ...) -> tuple[Array, Array, Array]:
+        """Return states and times after fractions of steps, and the rate of time with them.
 
         Shapes: fractions (p,); returns (m, p, n), (m, p), (m, p).
         """
-        lengths = np.diff(self.times)[:, None]
-        times = self.times[:-1, None] + lengths * fractions
+        lengths = np.diff(self.times)[steps, None]
+        times = self.times[:-1][steps, None] + lengths * fractions
         powers = np.vander((lengths * fractions).ravel(), self.tcs.shape[2], increasing=True)
         powers = powers.reshape(*times.shape, -1)
-        return np.einsum("ink,ipk->ipn", self.tcs, powers), times, lengths + np.zeros_like(times)
+        states = np.einsum("ink,ipk->ipn", self.tcs[steps], powers)
+        return states, times, lengths + np.zeros_like(times)
 
 
 SUCCESS = int(hy.taylor_outcome.success)
@@ -101,18 +102,29 @@ class SlowPolynomials:
 
     def __call__(self, phases: Array) -> Array:
         """Return states at some phases, shape (p, n). Shapes: phases (p,)."""
+        n, inner = self._n, self.inner
         steps = np.searchsorted(self.times, phases, side="right") - 1
-        steps = np.clip(steps, 0, len(self.inner.tcs) - 1)
-        within = [self._time_in(*item) for item in zip(steps.tolist(), phases, strict=True)]
-        return self._stated(self.inner(self.inner.times[steps] + within))
+        steps = np.clip(steps, 0, len(inner.tcs) - 1)
+        low, high = inner.times[steps], inner.times[steps + 1]
+        at = (low + high) / 2
+        for _ in range(60):  # bisection and Newton's method
+            values = inner(at)
+            late = values[:, n + 2] >= phases
+            low, high = np.where(late, low, at), np.where(late, at, high)
+            after = at - (values[:, n + 2] - phases) / np.exp(CONTACT.unit * values[:, n])
+            after = np.where((low < after) & (after < high), after, (low + high) / 2)
+            if (np.abs(after - at) <= np.spacing(high)).all():
+                break
+            at = after
+        return self._stated(inner(at))
 
-    def nodes(self, fractions: Array) -> tuple[Array, Array, Array]:
-        """Return states and phases after fractions of each step, and the rate of the phase.
+    def nodes(self, fractions: Array, steps: Any = ...) -> tuple[Array, Array, Array]:
+        """Return states and phases after fractions of steps, and the rate of the phase.
 
-        Shapes: fractions (p,); returns (steps, p, n), (steps, p), (steps, p).
+        Shapes: fractions (p,); returns (m, p, n), (m, p), (m, p).
         """
         n = self._n
-        values, _, lengths = self.inner.nodes(fractions)
+        values, _, lengths = self.inner.nodes(fractions, steps)
         states = self._stated(values.reshape(-1, values.shape[-1])).reshape(*values.shape[:2], n)
         return states, values[..., n + 2], lengths * np.exp(CONTACT.unit * values[..., n])
 
@@ -122,23 +134,6 @@ class SlowPolynomials:
         return self._placed(
             values[:, :n], values[:, n : n + 2] * [CONTACT.unit, 1.0], values[:, n + 2]
         )
-
-    def _time_in(self, step: int, phase: float) -> float:
-        """Return the time in a step at a phase, by bisection and Newton's method."""
-        powers = self.inner.tcs[step][self._n + 2]
-        low, high = 0.0, float(self.inner.times[step + 1] - self.inner.times[step])
-        slopes = powers[1:] * np.arange(1, len(powers))
-        at = high / 2
-        for _ in range(60):
-            value = float(np.polynomial.polynomial.polyval(at, powers)) - phase
-            low, high = (at, high) if value < 0 else (low, at)
-            slope = float(np.polynomial.polynomial.polyval(at, slopes))
-            after = at - value / slope if slope > 0 else low
-            after = after if low < after < high else (low + high) / 2
-            if after == at:
-                break
-            at = after
-        return at
 
 
 class OnsetPolynomials:

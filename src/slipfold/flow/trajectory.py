@@ -406,16 +406,13 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     n = len(scales)
     minimum, maximum = np.full(n, np.inf), np.full(n, -np.inf)
     for output in polynomials:
-        known = [*range(n)]
+        known, values = [*range(n)], list[tuple[int, Array]]()
         if isinstance(output, OnsetPolynomials):
             output = output.inner
         if isinstance(output, SlowPolynomials):
             known = [index for index in known if index not in output.held]
-            spread = output.nodes(np.linspace(0.0, 1.0, 64))[0]
-            for index in output.held:
-                values = _peaks(spread[:, :, index])
-                minimum[index] = min(minimum[index], values.min())
-                maximum[index] = max(maximum[index], values.max())
+            spread = output.nodes(np.linspace(0.0, 1.0, 64), _may_be_extreme(output))[0]
+            values += [(index, _peaks(spread[:, :, index])) for index in output.held]
             output = output.inner
         orders = np.arange(output.tcs.shape[2])
         scaled = output.tcs[:, :n] * np.diff(output.times)[:, None, None] ** orders
@@ -425,12 +422,20 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
         # Only steps whose coefficients allow it are examined.
         reach = np.abs(scaled[:, :, 1:]).sum(axis=2)
         beyond = (scaled[:, :, 0] + reach > maximum) | (scaled[:, :, 0] - reach < minimum)
-        for step, index in np.argwhere(beyond).tolist():
-            if index in known:
-                values = _turning_values(scaled[step, index])
-                minimum[index] = min(minimum[index], values.min())
-                maximum[index] = max(maximum[index], values.max())
+        places = [place for place in np.argwhere(beyond).tolist() if place[1] in known]
+        values += [(index, _turning_values(scaled[step, index])) for step, index in places]
+        for index, some in values:
+            minimum[index] = min(minimum[index], some.min())
+            maximum[index] = max(maximum[index], some.max())
     return minimum * scales, maximum * scales
+
+
+def _may_be_extreme(slow: SlowPolynomials) -> NDArray[np.bool_]:
+    """Whether held states may be extreme within a step, judged by five places of each."""
+    few = slow.nodes(np.linspace(0.0, 1.0, 5))[0][:, :, list(slow.held)]
+    low, high = few.min(axis=1), few.max(axis=1)
+    inside = (2 * high - low < high.max(axis=0)) & (2 * low - high > low.min(axis=0))
+    return np.asarray(~inside.all(axis=1))
 
 
 def _peaks(values: Array) -> Array:
