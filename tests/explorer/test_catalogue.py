@@ -163,7 +163,7 @@ def test_a_model_called_as_a_built_in_one_is_described_by_its_own_parameters():
     assert sliders == {"g": (0, 2), "W": (30.04, 80), "turn": (-math.pi, math.pi)}
 
 
-@pytest.mark.parametrize("name", ["two contacts", "pad/disc", "..\\Bremse Ä: 2", "x" * 300])
+@pytest.mark.parametrize("name", ["../pad\\Bremse Ä: 2", "x" * 300])
 def test_whatever_a_model_is_called_it_can_be_asked_for(name):
     names = [f"p{i}" for i in range(70)]
     own = sf.System(

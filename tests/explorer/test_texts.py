@@ -146,6 +146,7 @@ def test_a_hostile_text_is_refused_in_a_sentence(text):
     assert len(str(raised.value)) < 1000
 
 
+@pytest.mark.long
 def test_a_text_that_takes_long_is_given_up_and_the_server_goes_on():
     slow = "[sizes]\nn = 499\n[parameters]\na = 1\n[states]\n'x[i=1:n]' = 'v[i]'\n'v[i=1:n]' = '"
     slow += "-a*x[i]*sin(x[i])" * 300 + "'"

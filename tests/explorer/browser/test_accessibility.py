@@ -59,6 +59,7 @@ def test_no_panel_has_a_violation_in_either_theme(new_tab):
     page.keyboard.press("Escape")
 
 
+@pytest.mark.long
 def test_neither_the_editor_nor_friction_nor_the_tour_has_a_violation(new_tab):
     page = new_tab.open("model=sliding&span=0~0.1&p.Nd=0.02").page
     page.get_by_role("button", name="From rest", exact=True).click()

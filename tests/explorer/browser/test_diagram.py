@@ -271,6 +271,7 @@ def test_the_orbit_that_is_looked_at_stays_along_another_parameter(explorer):
     expect(explorer.page.locator("#orbit-title")).to_contain_text("μ = 0.5: period 2, stable")
 
 
+@pytest.mark.long
 def test_a_motion_that_settled_is_followed(context, tmp_path):
     case = tmp_path / "slider.toml"
     case.write_text(FORCED_SLIDER)
@@ -321,6 +322,7 @@ def test_where_there_is_no_response_one_is_offered_at_a_value_that_is_not_rounde
     page.wait_for_url("**p.W=1.254*")
 
 
+@pytest.mark.long
 def test_where_nothing_bifurcates_a_parameter_is_offered_over_which_something_does(explorer):
     page = explorer.open("model=duffing&vary=d&span=0.04~0.06").page
     offer = page.get_by_text("the response has a bifurcation")

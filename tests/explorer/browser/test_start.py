@@ -7,6 +7,7 @@ from helpers.explorer_models import MANY, UNUSUAL
 from helpers.explorer_page import DIAGRAM, ExplorerPage, served
 
 
+@pytest.mark.long
 def test_a_model_with_an_unusual_name_and_many_parameters_is_shown(context, tmp_path):
     case = tmp_path / "unusual.toml"
     case.write_text(UNUSUAL)

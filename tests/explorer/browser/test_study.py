@@ -82,6 +82,7 @@ def test_a_click_opens_the_diagram_of_a_case_with_the_threshold_that_was_found(e
     expect(page.locator(".cell.chosen")).to_be_visible()
 
 
+@pytest.mark.long
 def test_the_map_and_its_table_are_saved(explorer, study, tmp_path):
     page = explorer.page
 

@@ -73,7 +73,7 @@ def test_the_first_visit_is_guided(browser, address):
     context.close()
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("theme", [pytest.param("light", marks=pytest.mark.long), "dark"])
 def test_it_can_be_read_in_both_themes_and_every_width(new_tab, theme):
     explorer, page = new_tab, new_tab.page
     page.emulate_media(color_scheme=theme, reduced_motion="reduce")
