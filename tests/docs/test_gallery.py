@@ -14,16 +14,13 @@ HELPERS = runpy.run_path(str(GALLERY.parent / "conf.py"))["sphinx_gallery_conf"]
 PAGES = sorted(path for path in GALLERY.rglob("*.py") if not re.search(HELPERS, path.name))
 
 
-# These systems are those of tests/docs/test_demos.py, and compiling them takes ten seconds.
-LONG = ("bifurcationkit",)
+# Systems of tests/docs/test_demos.py, or of other tests.
+LONG = ["auto_demos", "bifurcationkit", "duffing_cascade", "pin_on_disc", "chain", "lorenz"]
 
 
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, marks=pytest.mark.long if page.stem in LONG else (), id=page.stem)
-        for page in PAGES
-    ],
+    [pytest.param(p, marks=[pytest.mark.long] * (p.stem in LONG), id=p.stem) for p in PAGES],
 )
 def test_page_agrees_with_what_is_published(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import matplotlib.pyplot as plt

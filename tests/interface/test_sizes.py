@@ -37,9 +37,20 @@ def files():
 
 
 @pytest.fixture(scope="module")
-def trees(files):
-    """Syntax trees of all Python files."""
-    return {path: ast.parse(path.read_bytes()) for path in files if path.suffix == ".py"}
+def definitions(files):
+    """Functions with their lengths below the docstring, and how often a class has a name."""
+    lengths, classes = {}, Counter()
+    for path in files:
+        if path.suffix == ".py":
+            tree = ast.parse(path.read_bytes())  # not kept: a million nodes take their time
+            for node in ast.walk(tree):
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                    documented = ast.get_docstring(node, clean=False) is not None
+                    begin = node.body[0].end_lineno if documented else node.lineno
+                    lengths[f"{path}:{node.lineno}"] = node.end_lineno - begin
+            if path.is_relative_to(ROOT / "src"):
+                classes.update(node.name for node in tree.body if isinstance(node, ast.ClassDef))
+    return lengths, classes
 
 
 def lines_of(path):
@@ -57,27 +68,15 @@ def test_no_file_is_long(files):
     assert {str(path): count for path, count in lines.items() if count > FILE_LINES} == {}
 
 
-def test_no_function_is_long(trees):
-    long = {}
-    for path, tree in trees.items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                documented = ast.get_docstring(node, clean=False) is not None
-                begin = node.body[0].end_lineno if documented else node.lineno
-                if node.end_lineno - begin > FUNCTION_LINES:
-                    long[f"{path}:{node.name}"] = node.end_lineno - begin
-    assert long == {}
+def test_no_function_is_long(definitions):
+    lengths, _ = definitions
+    assert {place: length for place, length in lengths.items() if length > FUNCTION_LINES} == {}
 
 
-def test_a_class_name_stands_for_one_thing(trees):
-    names = Counter(
-        node.name
-        for path, tree in trees.items() if path.is_relative_to(ROOT / "src")
-        for node in tree.body if isinstance(node, ast.ClassDef)
-    )  # fmt: skip
-    assert {
-        name for name, count in names.items() if count > 1 and not name.startswith("_")
-    } == set()
+def test_a_class_name_stands_for_one_thing(definitions):
+    _, classes = definitions
+    repeated = {name for name, count in classes.items() if count > 1}
+    assert {name for name in repeated if not name.startswith("_")} == set()
 
 
 def test_no_folder_is_full(files):
