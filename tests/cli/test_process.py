@@ -193,7 +193,7 @@ def test_an_interrupt_while_normal_forms_along_loci_are_computed_keeps_the_loci(
 LOCUS = ["locus", "sliding", "--vary", "f=11.5:13.5", "--vary", "Nd=0:0.98"]
 
 
-@pytest.mark.parametrize("stage", ["responses: ", "loci: "])
+@pytest.mark.parametrize("stage", [pytest.param("responses: ", marks=pytest.mark.long), "loci: "])
 def test_interrupt_keeps_the_loci_that_there_are(stage, tmp_path):
     path = tmp_path / "x.nc"
     terminal = Terminal(*LOCUS, "--max-step", "0.05", "--out", str(path), "--json", "-")

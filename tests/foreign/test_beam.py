@@ -112,7 +112,7 @@ def duration_of_the_cycle(count, speed):
     return 2 * np.pi / balance.solve(guess, balance.first, lambda tip, _: tip[1].imag)[1]
 
 
-@pytest.mark.parametrize("count", [3, 8, 15])
+@pytest.mark.parametrize("count", [3, 8, pytest.param(15, marks=pytest.mark.long)])
 def test_how_far_the_tip_moves_does_not_depend_on_the_elements(count):
     model = sliding(count, name="beam")
     sizes = measured_over(model, "Vd", (1.5, 0.5)).state_scales()
@@ -122,7 +122,7 @@ def test_how_far_the_tip_moves_does_not_depend_on_the_elements(count):
     assert 0.5 < of[f"vw{count}"] < 32
 
 
-@pytest.mark.parametrize("count", [5, 15])
+@pytest.mark.parametrize("count", [5, pytest.param(15, marks=pytest.mark.long)])
 def test_the_response_about_rest_is_that_of_the_modes(count):
     tip = f"w{count}"
     force = sf.HarmonicForce(tip, F=0.1)
@@ -206,6 +206,7 @@ def test_small_modes_do_not_set_the_steps():
     assert branch.residual.max() <= 1e-10
 
 
+@pytest.mark.long
 def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
     """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
     from slipfold.bifurcations.branches.response import BranchTree

@@ -40,7 +40,7 @@ PASSES = 1e-3
 """Distance from a branch, in scaled states, below which the branch passes an orbit."""
 
 
-WITH_REGIONS = (("f", "Nd"), ("Vd", "Nd"))
+WITH_REGIONS = (("f", "Nd"),)
 """Planes whose regions are tested in every run; their sets are computed once, with regions."""
 
 

@@ -32,7 +32,7 @@ def test_the_fold_of_cycles_is_followed_through_all_canards(folds):
     assert np.abs(locus.multipliers - 1).max() < 1e-7
 
 
-@pytest.mark.parametrize("eps", [0.03, 0.15])
+@pytest.mark.parametrize("eps", [pytest.param(0.03, marks=pytest.mark.long), 0.15])
 def test_branches_have_their_folds_on_it(folds, eps):
     (locus,) = folds.loci
     index = int(np.abs(locus.values[:, 1] - eps).argmin())

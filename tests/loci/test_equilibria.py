@@ -213,7 +213,7 @@ def test_all_equilibria_that_motions_settle_on_are_followed():
     assert found.missing == ()
 
 
-@pytest.mark.parametrize("place", [2, 40])  # where the middle of the window is at the fold
+@pytest.mark.parametrize("place", [2, pytest.param(40, marks=pytest.mark.long)])  # of the fold
 def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed(place):
     # Motions from x = 0 stay there, and so do equilibria across the window.
     rates = {"x": f"-x*((x - {place})^2 + b^2 - a)"}

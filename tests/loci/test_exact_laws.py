@@ -62,6 +62,7 @@ def test_friction_and_load_count_as_a_product():
 MIRROR = np.array([-1.0, 1.0, -1.0, 1.0])
 
 
+@pytest.mark.long
 def test_directions_to_either_side_are_mirror_images():
     loci = whole_set(("alpha", "Nd")).loci
     scales = SlidingOscillator().state_scales()

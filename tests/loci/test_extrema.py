@@ -40,7 +40,7 @@ def ridge(model, vary, span, plane, window, output="x", measure="max"):
     ("measure", "output", "peak", "height"),
     [
         ("max", "x", np.sqrt(0.98), 5 / np.sqrt(0.99)),
-        ("rms", "v", 1.0, 5 / np.sqrt(2)),
+        pytest.param("rms", "v", 1.0, 5 / np.sqrt(2), marks=pytest.mark.long),
         ("harmonic", "v", 1.0, 5.0),
     ],
 )

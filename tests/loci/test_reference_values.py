@@ -152,6 +152,7 @@ def test_torus_of_period_two_in_speed_and_force():
     check_torus(loci, TORUS["Vd_Nd_at_f_12.5"], "Vd")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("item", DOUBLING["scaling_at_f_12.5"], ids=lambda item: next(iter(item)))
 def test_doubling_in_planes_of_friction_and_load(item):
     name = next(iter(item))

@@ -98,6 +98,7 @@ def test_an_interrupted_search_keeps_the_branches_and_follows_no_more(text):
         assert np.array_equal(branch.nodes, other.nodes)
 
 
+@pytest.mark.long
 def test_isolas_of_cycles_are_found_beside_states_that_die_out():
     # At u = -1 the radius decays to less than 1e-160, at u = 1 there is the isola.
     model = sf.System(

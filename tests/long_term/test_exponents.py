@@ -13,6 +13,8 @@ from slipfold.long_term.exponents import average, classify, rotation_of
 
 MODELS = sf.built_in_models()
 
+LONG = pytest.mark.long
+
 
 def rates_of(orbit):
     """Return logarithms of the multipliers, the largest first, a forcing period each."""
@@ -27,7 +29,7 @@ def rates_of(orbit):
 @pytest.mark.parametrize(
     ("model", "periods"),
     [
-        pytest.param(sf.SlidingOscillator(f=12.5, Nd=0.02), 1, id="spirals in"),
+        pytest.param(sf.SlidingOscillator(f=12.5, Nd=0.02), 1, id="spirals in", marks=LONG),
         pytest.param(sf.SlidingOscillator(f=12.2, Nd=0.15), 2, id="period 2"),
         pytest.param(MODELS["duffing"](W=0.7), 1, id="duffing"),
     ],
@@ -94,8 +96,6 @@ def test_chaos_of_the_sliding_oscillator():
     assert np.all(apart <= 3 * found.errors + 3e-4)
 
 
-LONG = pytest.mark.long
-
 DIGIT = 5e-5
 """Half of the last digit of the values that are published."""
 
@@ -106,7 +106,7 @@ DIGIT = 5e-5
         # Sprott, Chaos and Time-Series Analysis (2003), appendix A.
         pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 4000, id="Lorenz"),
         pytest.param("lorenz", 0.9056, -41 / 3, 0.01, 64_000, id="Lorenz, long", marks=LONG),
-        pytest.param("roessler", 0.0714, None, 0.004, 4000, id="Roessler"),
+        pytest.param("roessler", 0.0714, None, 0.004, 4000, id="Roessler", marks=LONG),
         pytest.param("roessler", 0.0714, None, 0.004, 64_000, id="Roessler, long", marks=LONG),
     ],
 )

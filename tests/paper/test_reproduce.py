@@ -104,7 +104,7 @@ def stop_after(count):
     return observe
 
 
-@pytest.mark.parametrize("processes", [1, 2])
+@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_interrupt_keeps_what_is_finished(tmp_path, processes):
     made = reproduce(tmp_path, stop_after(1), processes=processes, cases=CASES.only([4]))
     assert made.interrupted

@@ -92,7 +92,8 @@ def test_a_response_goes_on_through_stick_by_itself():
     assert not branch.stuck_fraction[0] > 0
 
 
-@pytest.mark.parametrize("first", [pytest.param(0.04, marks=pytest.mark.long), 1.0])
+@pytest.mark.long
+@pytest.mark.parametrize("first", [0.04, 1.0])
 def test_where_a_response_begins_to_stick_does_not_depend_on_the_span(first):
     # The unknown at which slip vanishes is over the width of the span.
     model = sf.SlidingOscillator(f=9.0, Nd=0.5)

@@ -54,7 +54,7 @@ def test_derivatives_are_those_of_the_piece_of_a_point() -> None:
     assert point.tangent == pytest.approx(own.tangent, rel=1e-9)
 
 
-@pytest.mark.parametrize("span", [(0.9, 2.5), (3.0, 0.9)])
+@pytest.mark.parametrize("span", [(0.9, 2.5), pytest.param((3.0, 0.9), marks=pytest.mark.long)])
 def test_a_branch_that_turns_back_where_it_touches_is_followed(span: tuple[float, float]) -> None:
     """Slip of a brake pad touches Vrel = 0 at the largest belt velocity of its cycles.
 

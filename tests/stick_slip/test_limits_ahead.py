@@ -67,7 +67,7 @@ def turns_twice(unknown, least):
     ("wall", "motion", "guess"),
     [
         (0.4, sticks_once, [0.6, 0.9, 4.6, 3.7, 1.0]),
-        (1.0, turns_twice, [0.6, 1.2, 4.3, 3.7, 1.6]),
+        pytest.param(1.0, turns_twice, [0.6, 1.2, 4.3, 3.7, 1.6], marks=pytest.mark.long),
     ],
 )
 def test_a_branch_through_stick_ends_at_the_wall(wall, motion, guess):

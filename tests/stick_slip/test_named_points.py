@@ -135,7 +135,7 @@ def test_stops_that_vanish_are_passed_in_both_directions(friction):
 @pytest.mark.parametrize(
     ("friction", "phase", "span"),
     [
-        (0.2, 0.04, (0.055, 0.09)), (0.3, 0.01, (0.09, 0.055)),
+        (0.2, 0.04, (0.055, 0.09)), rarely(0.3, 0.01, (0.09, 0.055)),
         rarely(0.2, 0.04, (0.09, 0.055)), rarely(0.3, 0.01, (0.055, 0.09)),
     ],
 )  # fmt: skip
@@ -167,7 +167,7 @@ def test_both_halves_of_an_orbit_change_at_one_place(friction, phase, span):
     assert point.uncertainty < 1e-11
 
 
-@pytest.mark.parametrize("span", [(0.05, 0.09), (0.09, 0.06)])
+@pytest.mark.parametrize("span", [(0.05, 0.09), rarely((0.09, 0.06))])
 def test_orbits_that_static_friction_only_just_holds_end_there(span):
     # More than kinetic, it holds the mass at a stop, or lets it slip back at once, for good.
     model = den_hartog(0.5, 0.3, 0.35).replace(f=span[0])

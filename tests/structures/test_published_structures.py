@@ -187,8 +187,8 @@ def test_nlvib_s_two_masses_with_a_stop():
         assert found.truncation < 1e-3
 
 
-@pytest.mark.parametrize("orbits", [1, pytest.param(6, marks=pytest.mark.long)])
-def test_bifurcations_of_a_chain_of_ten_masses(orbits):
+@pytest.mark.long
+def test_bifurcations_of_a_chain_of_ten_masses():
     size, law = 10, sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.3)
     stiffness = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
     chain = sf.Structure(
@@ -202,7 +202,7 @@ def test_bifurcations_of_a_chain_of_ten_masses(orbits):
     lowest = 2 * np.sin(np.pi / 22)
     branch = followed(chain, lowest, 1.2 * lowest)
     assert sorted(point.type for point in branch.special) == ["LP", "LP", "NS", "NS"]
-    agree(branch, orbits)
+    agree(branch, 6)
 
 
 def damped(law, load=0.3, force=1.0, f=0.9 / (2 * np.pi)):

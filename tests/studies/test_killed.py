@@ -20,7 +20,7 @@ from slipfold import InputError
 
 HELPER = Path(__file__).parents[1] / "helpers" / "killed_study.py"
 
-KILLS = 8
+KILLS = 4
 
 
 @pytest.fixture(scope="module")
