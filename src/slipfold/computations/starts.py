@@ -25,7 +25,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer
 
 if TYPE_CHECKING:
-    from slipfold.long_term.branch_search import BranchSearch
+    from slipfold.long_term.coexisting import BranchSearch
 
 
 def first_begin(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, stroboscopic_states
-from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.search import UNDECIDED, Box, box_around, search
 from slipfold.long_term.verified import ATTRACTOR, CycleLine
 from slipfold.models.angles import wrap_angles
@@ -26,6 +25,24 @@ from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
+from slipfold.read_only import Documented
+
+
+@dataclass(frozen=True)
+class BranchSearch(Documented):
+    """Where branches were looked for that nothing leads to; frozen."""
+
+    values: Annotated[
+        tuple[float, ...], "Values of the parameter at which trajectories were started."
+    ]
+    low: Annotated[tuple[float, ...], "Least and largest starting value of each state."]
+    high: Annotated[tuple[float, ...], ""]
+    starts: Annotated[int, "Trajectories at each value."]
+    found: Annotated[tuple[int, ...], "Ids of the branches that were found."]
+    interrupted: Annotated[bool, "Whether the search was interrupted."] = False
+    undecided: Annotated[
+        int, "Trajectories, of all, that came to no motion that can be followed."
+    ] = 0
 
 
 class Follow(Protocol):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, State
 from slipfold.models.units import parse_quantity
@@ -43,7 +43,7 @@ def unit_of(model: Model, output: str) -> str:
     items: list[State | Output] = [*model.states, *model.outputs()]
     units = {item.name: item.unit for item in items}
     if output not in units:
-        raise InputError(f"{model.name} has no output {output!r}; it has {', '.join(units)}")
+        raise unknown(f"{model.name} has no output", output, units)
     return units[output]
 
 

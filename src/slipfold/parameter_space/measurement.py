@@ -15,7 +15,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError, unknown
+from slipfold.errors import InputError
+from slipfold.models.levels import unit_of
 from slipfold.models.model import Model
 from slipfold.models.units import units_of
 from slipfold.orbits.extrema import Extrema
@@ -56,11 +57,7 @@ def parse_measured(text: str, model: Model) -> Quantity:
             f"{text!r} does not say what is measured; write one of {', '.join(MEASURES)} and an "
             f"output, e.g. 'max {model.states[0].name}'"
         )
-    units = {item.name: item.unit for item in model.states}
-    units |= {item.name: item.unit for item in model.outputs()}
-    if output not in units:
-        raise unknown(f"{model.name} has no output", output, units)
-    return Quantity(measure, output, units[output])
+    return Quantity(measure, output, unit_of(model, output))
 
 
 def read_off(extrema: Extrema, quantities: Sequence[Quantity]) -> Array:

@@ -16,8 +16,7 @@ from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError, suggest
-from slipfold.long_term.branch_search import BranchSearch
-from slipfold.long_term.coexisting import gaps_between
+from slipfold.long_term.coexisting import BranchSearch, gaps_between
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, FOLLOWED_TYPES

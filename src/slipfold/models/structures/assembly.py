@@ -28,8 +28,7 @@ from slipfold.models.structures.component import (
     weighted_sum,
 )
 from slipfold.models.structures.contacts import FrictionContact
-from slipfold.models.structures.cyclic import Sectors
-from slipfold.models.structures.cyclic_modes import CyclicStructure
+from slipfold.models.structures.cyclic import CyclicStructure, Sectors
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.inertia import Inertia
