@@ -359,14 +359,6 @@ def stroboscopic_samples(
     intervals of its duration. With an observer an interruption keeps results so far.
 
     Shapes: starts (k, n); values (k,) each.
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> model, loads = SlidingOscillator(f=12.2), {"Nd": [0.05, 0.15]}
-    >>> points = stroboscopic_samples(model, np.zeros((2, 4)), loads, 400)
-    >>> points.states.shape, points.stopped
-    ((2, 401, 4), (None, None))
-    >>> [bool(abs(states[-1] - states[-2]).max() < 1e-6) for states in points.states]
-    [True, False]
     """
     states = _checked_starts(model, starts)
     models = models_with(model, len(states), values or {})

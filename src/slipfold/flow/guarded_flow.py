@@ -47,12 +47,6 @@ class GuardedFlow:
     """The stroboscopic map of a model along one trajectory, which ends where a limit is reached.
 
     The scales of the monitored outputs follow from the start of the trajectory. Shapes: start (n,).
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> model = SlidingOscillator(f=12.2, Nd=0.05)
-    >>> flow = GuardedFlow(model, flow_of(model).constants_of(model), model.start)
-    >>> flow.iterates(model.start, 3).shape
-    (4, 4)
     """
 
     def __init__(self, model: Model, constants: Constants, start: Array) -> None:

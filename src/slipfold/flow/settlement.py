@@ -197,11 +197,6 @@ def judge_settlement(
     ``r`` a period, measured over the last three eighths of the run, so the response is still
     ``d_k r^k / (1 - r^k)`` away. A small drift that hardly shrinks is thus not taken for a settled
     response.
-
-    >>> import numpy as np
-    >>> decay = 0.5 ** np.arange(101.0)[:, None]
-    >>> judge_settlement(decay, np.ones(1), 1e-9).period
-    1
     """
     if len(states) <= CONVERGENCE.few:
         count = len(states) - 1

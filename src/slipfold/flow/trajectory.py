@@ -66,16 +66,6 @@ class Trajectory(OneLine, Documented):
     Of an autonomous model these are intervals of its ``duration``. It keeps the state at the start
     of every forcing period. What lies between is integrated again
     when requested, so that a long run takes little memory and is known everywhere.
-
-    Examples
-    --------
-    >>> from slipfold.flow.simulate import simulate
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.15), periods=1000)
-    >>> trajectory.settlement.period
-    2
-    >>> trajectory.at([0.0, 1.0, 2.0]).shape
-    (3, 4)
     """
 
     model: Annotated[Model, "The model with its parameter values."]

@@ -46,12 +46,7 @@ class Box:
 
 
 def checked_box(model: Model, given: Any) -> Box:
-    """Read a box from intervals by state; the other states are those of the model's start.
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> checked_box(SlidingOscillator(), {"y": (-0.5, "0.5")}).high.tolist()
-    [0.0, 0.5, 0.0, 0.0]
-    """
+    """Read a box from intervals by state; the other states are those of the model's start."""
     units = {state.name: state.unit for state in model.states}
     low, high = model.start.copy(), model.start.copy()
     if not isinstance(given, Mapping) or not given:

@@ -162,13 +162,6 @@ def collocate(
     compared with the equations as they are compiled for nothing else.
 
     Shapes: nodes (M, n_states).
-
-    >>> from slipfold.models.registry import model_named
-    >>> angles = 2 * np.pi * np.arange(8)[:, None] / 8
-    >>> circle = np.hstack([np.cos(angles), np.sin(angles)])
-    >>> orbit = collocate(model_named("stuart-landau", r=1, w=1, duration=6), circle)
-    >>> round(orbit.duration / np.pi, 10)
-    2.0
     """
     shot = orbits_at(model, period, len(nodes))
     guess = shot.unknown(nodes, model)

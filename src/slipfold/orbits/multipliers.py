@@ -70,11 +70,6 @@ def product_eigenvalues(matrices: Array) -> Complex:
     Golub and Van Dooren, SPIE 1770 (1992) 31-42).
 
     Shapes: matrices (N, n, n); returns (n,).
-
-    >>> rotated = np.linalg.qr(np.array([[1.0, 2.0], [3.0, 1.0]]))[0]
-    >>> factor = rotated @ np.diag([1e-4, 1.0]) @ rotated.T
-    >>> product_eigenvalues(np.array([factor] * 8)).real * [1, 1e32]
-    array([1., 1.])
     """
     # There is none across the flow of a single angle.
     if not (matrices.size and np.isfinite(matrices).all()):

@@ -146,13 +146,6 @@ def find_threshold_map(
     itself is followed.
 
     Shapes: over (n,).
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> speeds, angles = [0.5, 0.6, 0.7], [1.0, 1.1]
-    >>> over = {"Vd": speeds, "alpha": angles}
-    >>> found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
-    >>> found.values.shape, found.failures
-    ((3, 2), {})
     """
     axes, values = _checked_grid(model, threshold, over)
     first, last = interval(model.parameter(threshold), span)

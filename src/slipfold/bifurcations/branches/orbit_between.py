@@ -31,13 +31,6 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
 
     The chord between the two nearest known orbits is the guess; Newton's method corrects it across
     the chord, so that it works at folds too.
-
-    >>> import slipfold as sf
-    >>> diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.1))
-    >>> branch = diagram.branches[0]
-    >>> orbit = orbit_between(branch, 0.5 * (branch.arclength[2] + branch.arclength[3]))
-    >>> bool(branch.parameter[2] < orbit.model.Nd < branch.parameter[3])
-    True
     """
     known = _known(branch)
     if not known:
