@@ -153,7 +153,7 @@ def test_singularity_without_a_limit_ends_the_run():
 @pytest.mark.parametrize("periods", [0, -5, 2.5, True, "10"])
 def test_periods_must_be_a_whole_number(periods):
     with pytest.raises(InputError, match="not a whole number of at least 1"):
-        simulate(SLIDING, periods)
+        sf.simulate(SLIDING, periods)
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_bad_state_gets_one_sentence(state, message):
 @pytest.mark.parametrize("tolerance", [0.0, -1e-9, np.nan, np.inf])
 def test_bad_tolerance_is_refused(tolerance):
     with pytest.raises(InputError, match="not a positive number"):
-        simulate(SLIDING, 10, tolerance=tolerance)
+        sf.simulate(SLIDING, 10, tolerance=tolerance)
 
 
 def test_bad_questions_to_a_run_get_one_sentence(sliding):

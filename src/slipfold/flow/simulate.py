@@ -63,16 +63,7 @@ def simulate(
     Where a contact sticks or opens the trajectory continues, unless it is not to continue
     `through_stick`: then it ends there, as at other limits. If it is observed, an interrupted
     trajectory is returned as far as it came. Shapes: state (n_states,).
-
-    >>> from slipfold.models.registry import model_named
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.05), periods=1000)
-    >>> trajectory.settlement.settled, trajectory.settlement.period
-    (True, 1)
-    >>> print(simulate(model_named("vanderpol-free")).settlement.kind)
-    cycle
     """
-    periods, tolerance = checked_periods(periods), checked_tolerance(tolerance)
     start = initial_state(model, state)
     if not through_stick or starts_in_slip(model, start):
         result = _simulate_in_slip(model, periods, start, tolerance, observer)
@@ -127,22 +118,6 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float | str] | N
         if not math.isfinite(value):
             raise InputError(f"the state {name} = {value} is not a finite number; give one")
     return values
-
-
-def checked_periods(periods: object) -> int | None:
-    """Return a number of periods, or None for as many as it takes."""
-    if periods is None:
-        return None
-    if isinstance(periods, (int, np.integer)) and not isinstance(periods, bool) and periods >= 1:
-        return int(periods)
-    raise InputError(f"periods = {periods!r} is not a whole number of at least 1; give one")
-
-
-def checked_tolerance(tolerance: float) -> float:
-    """Return a tolerance that is a positive number."""
-    if math.isfinite(tolerance) and tolerance > 0:
-        return tolerance
-    raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
 
 
 def reaches_stick_limit(stopped: GuardStop | None, model: Model) -> bool:

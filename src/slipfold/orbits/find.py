@@ -35,7 +35,7 @@ from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.progress import Observer
 
-GivenState = ArrayLike | Mapping[str, float] | None
+GivenState = ArrayLike | Mapping[str, float | str] | None
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,8 @@ def periodic_orbit(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
             "forcing periods; leave it out, or give period"
         )
-    near = None if state is None else _checked_state(model, state)
+    given = None if state is None else initial_state(model, state)
+    near = None if given is None else wrap_angles(given, model.angle_periods)
     search = _Search(model, int(period), tolerance, settle, duration)
     if not contacts_of(model):
         return search.smooth(near)
@@ -309,22 +310,6 @@ def _revolutions(cycle: PeriodicOrbit) -> int:
     apart = wrap_angles(states - cycle.state, model.angle_periods) / model.state_scales()
     back = np.flatnonzero(np.abs(apart).max(axis=1) < SEARCH.same)
     return int(SEARCH.revolutions - back[0]) if len(back) else 1
-
-
-def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
-    names = [item.name for item in model.states]
-    if isinstance(state, Mapping) and set(state) <= set(names):
-        own = dict(zip(names, model.start, strict=True))
-        state = [state.get(name, own[name]) for name in names]
-    try:
-        checked = np.asarray(state, dtype=float)
-    except (TypeError, ValueError):
-        checked = np.empty(0)
-    if checked.shape != (len(names),) or not np.isfinite(checked).all():
-        raise InputError(
-            f"state = {state!r} does not fit; give finite numbers for {' '.join(names)}"
-        )
-    return wrap_angles(checked, model.angle_periods)
 
 
 def _refuse_shorter(orbit: PeriodicOrbit, states: Array) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array, Complex
+from slipfold.bifurcations.branches.solution_curve import names_of
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION, Parameter
@@ -240,7 +241,7 @@ class CurveList(ResultPart):
     @staticmethod
     def model_of(result: Any, fields: dict[str, Any], values: Iterable[float]) -> Model:
         """Return the model of a special point; its duration is no field of it."""
-        changes = dict(zip(_names(result.vary), values, strict=True))
+        changes = dict(zip(names_of(result.vary), values, strict=True))
         if not result.model.forced:
             changes[DURATION.name] = fields.pop("model_duration")
         model: Model = result.model.replace(**changes)
@@ -317,10 +318,6 @@ def _parts(curves: Sequence[Any]) -> set[str]:
         "gradients": any(getattr(point, "gradients", None) is not None for point in points),
     }
     return {part for part, there in known.items() if there}
-
-
-def _names(vary: str | tuple[str, str]) -> tuple[str, ...]:
-    return (vary,) if isinstance(vary, str) else vary
 
 
 class TableLine(NamedTuple):

@@ -49,7 +49,7 @@ class LocatedPoint(OneLine, ReadOnly):
     stuck_fraction: Annotated[float, STUCK.format("")] = np.nan
 
     def _line(self) -> str:
-        pairs = zip(_names(self.vary), self.certain_values, strict=True)
+        pairs = zip(names_of(self.vary), self.certain_values, strict=True)
         at = ", ".join(parameter_text(self.model.parameter(name), value) for name, value in pairs)
         return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
 
@@ -122,7 +122,7 @@ class SolutionCurve(OneLine, ReadOnly):
 
     def model_at(self, index: Row) -> Model:
         """Return the model with the parameter values of one point."""
-        changes = dict(zip(_names(self.vary), map(float, self._values[index]), strict=True))
+        changes = dict(zip(names_of(self.vary), map(float, self._values[index]), strict=True))
         if self.durations is not None:
             changes[DURATION.name] = float(self.durations[index])
         return self.model.replace(**changes)
@@ -165,7 +165,7 @@ class OrbitSeries(Measured, SolutionCurve):
             [point.type, *(number_text(value, 10) for value in point._values), point.outcome]
             for point in self.special
         ]
-        heads = ["", *(headed(self.model.parameter(name)) for name in _names(self.vary)), "what"]
+        heads = ["", *(headed(self.model.parameter(name)) for name in names_of(self.vary)), "what"]
         return PrintedTable(heads, [started, *points, stopped], ("", "what"))
 
     @property
@@ -193,7 +193,9 @@ class OrbitSeries(Measured, SolutionCurve):
     def parameters(self) -> Array:
         """Parameter vectors of all points, shape (n_points, n_parameters)."""
         vectors = np.repeat(self.model.vector[None], len(self), axis=0)
-        vectors[:, [self.model.parameter_index(name) for name in _names(self.vary)]] = self._values
+        vectors[:, [self.model.parameter_index(name) for name in names_of(self.vary)]] = (
+            self._values
+        )
         if self.durations is not None:
             vectors[:, self.model.parameter_index(DURATION.name)] = self.durations
         return vectors
@@ -234,5 +236,6 @@ class OrbitSeries(Measured, SolutionCurve):
         )
 
 
-def _names(vary: str | tuple[str, str]) -> tuple[str, ...]:
+def names_of(vary: str | tuple[str, str]) -> tuple[str, ...]:
+    """Return the names of one parameter or two."""
     return (vary,) if isinstance(vary, str) else vary

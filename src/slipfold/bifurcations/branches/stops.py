@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, slope_noise
@@ -133,14 +132,8 @@ class Undetermined:
             return 0.0
         bordered = part.bordered(point.tangent)
         last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment
-        moves = [np.linalg.norm(bordered.solve(_unit(i, len(point.z)))) for i in last]
+        moves = [np.linalg.norm(bordered.solve(np.eye(1, len(point.z), i)[0])) for i in last]
         return float(np.sqrt(orbits.segments) * max(moves))
-
-
-def _unit(place: int, size: int) -> NDArray[np.float64]:
-    vector = np.zeros(size)
-    vector[place] = 1.0
-    return vector
 
 
 class Standing:

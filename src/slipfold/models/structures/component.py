@@ -356,8 +356,7 @@ MAX_HARMONIC = 64
 
 def checked_harmonic(value: Any, title: str, lowest: int = 1) -> int:
     """Return the number of a harmonic, or raise if it is none."""
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not lowest <= value <= MAX_HARMONIC:
+    if not is_whole(value, lowest, MAX_HARMONIC):
         raise InputError(
             f"a {title} has the harmonic {brief(value)}; give a whole number from {lowest} to "
             f"{MAX_HARMONIC}"
