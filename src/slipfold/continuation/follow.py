@@ -14,7 +14,7 @@ from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, StepInterval, Stop, TracedCurve
-from slipfold.continuation.walk import Bound, Failure, first_point, reaches, walk
+from slipfold.continuation.walk import Bound, CurveSteps, Failure, first_point, reaches
 from slipfold.errors import BREAKDOWNS, breakdown
 
 
@@ -113,9 +113,9 @@ class _Follower(Generic[P]):
         traced = self.traced
         recent, taken = traced.recent(STEP.memory), len(traced.points) - 1
         monitors = self.monitors(traced.curve) if callable(self.monitors) else self.monitors
-        given = self.bounds, self.settings, self.cap, taken
+        steps = CurveSteps(traced.curve, recent, first_step, self.bounds, self.settings)
         first = traced.points[-1]
-        for item in walk(traced.curve, recent, first_step, *given):
+        for item in steps.points(self.cap, taken):
             if isinstance(item, Failure):
                 traced.end = self.endings.failed(traced, item)
                 return None
@@ -143,7 +143,7 @@ class _Follower(Generic[P]):
                 traced.end = self.endings.failed(traced, Failure("failed", breakdown(error)))
                 return None
             if renewed:
-                return item.arclength - before.arclength
+                return float(steps.front.step[0])
         traced.end = self.endings.left(traced)
         return None
 

@@ -331,30 +331,9 @@ ONLY: Indices = np.zeros(1, dtype=np.int64)
 """The number of a curve alone."""
 
 
-def walk(
-    curve: Curve[P],
-    start: Sequence[P],
-    first_step: float,
-    bounds: Sequence[Bound],
-    settings: Stepping,
-    cap: Callable[[P], float] | None = None,
-    taken: int = 0,
-) -> Iterator[P | Failure]:
-    """Follow a curve on which steps were taken until a parameter leaves its bounds."""
-    equations = _OneCurve(curve, start, first_step, bounds, settings)
-    for _ in range(taken, settings.steps.points):
-        if cap is not None:
-            equations.front.step = np.minimum(equations.front.step, cap(equations.recent[-1]))
-        point = equations.next_point()
-        yield point
-        if isinstance(point, Failure) or reaches(point, bounds):
-            return
-    yield Failure("points", f"{settings.steps.points} points were not enough; allow more points")
-
-
 def first_point(curve: Curve[P], start: P, step: float, settings: Stepping) -> P | Failure:
     """Return the point a step beyond another, whatever the bounds."""
-    return _OneCurve(curve, [start], step, (), settings).next_point()
+    return CurveSteps(curve, [start], step, (), settings).next_point()
 
 
 def reaches(point: P, bounds: Sequence[Bound]) -> bool:
@@ -374,8 +353,8 @@ class _Solution(Generic[P]):
     point: P | None
 
 
-class _OneCurve(FrontEquations, Generic[P]):
-    """A curve that is followed alone: its corrections use the derivatives at its last points."""
+class CurveSteps(FrontEquations, Generic[P]):
+    """Steps along one curve: its corrections use the derivatives at its last points."""
 
     def __init__(
         self,
@@ -387,7 +366,7 @@ class _OneCurve(FrontEquations, Generic[P]):
     ) -> None:
         self.recent = list(start)[-NEWTON.known :]
         self.noise = curve.noise
-        self._curve, self._settings = curve, settings
+        self._curve, self._settings, self._bounds = curve, settings, bounds
         self._reason = TOO_SHARP
         self._corrected: P | None = None
         self._nears_end = False  # whether a step failed since it went beyond the end of the model
@@ -395,6 +374,20 @@ class _OneCurve(FrontEquations, Generic[P]):
         last = self.recent[-POINTS:]
         z, *rest = (np.array([[getattr(point, name) for point in last]]) for name in names)
         self.front = Front(self, z, rest[0], rest[1], rest[2], np.array([step]), bounds, settings)
+
+    def points(
+        self, cap: Callable[[P], float] | None = None, taken: int = 0
+    ) -> Iterator[P | Failure]:
+        """Follow the curve, on which steps were taken, until a parameter leaves its bounds."""
+        for _ in range(taken, self._settings.steps.points):
+            if cap is not None:
+                self.front.step = np.minimum(self.front.step, cap(self.recent[-1]))
+            point = self.next_point()
+            yield point
+            if isinstance(point, Failure) or reaches(point, self._bounds):
+                return
+        points = self._settings.steps.points
+        yield Failure("points", f"{points} points were not enough; allow more points")
 
     def next_point(self) -> P | Failure:
         """Take a step, shortening it until it is accepted."""

@@ -11,7 +11,7 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import LeastSquares, SquareMatrix, correct
 from slipfold.continuation.settings import Stepping, Steps
-from slipfold.continuation.walk import Failure, walk
+from slipfold.continuation.walk import CurveSteps, Failure
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import TOLERANCE
 from slipfold.flow.modes import contacts_of
@@ -78,7 +78,7 @@ def continue_to(
         return start
     reached = None
     bounds = [(-1, min(begin, end), max(begin, end))]
-    for point in walk(curve, [start], 0.01, bounds, stepping):
+    for point in CurveSteps(curve, [start], 0.01, bounds, stepping).points():
         if isinstance(point, Failure):
             return point
         wrong = refuse(point)

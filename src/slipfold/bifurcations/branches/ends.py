@@ -30,7 +30,7 @@ from slipfold.continuation.pieces import PIECE
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, TracedCurve
-from slipfold.continuation.walk import Failure, walk
+from slipfold.continuation.walk import CurveSteps, Failure
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
@@ -242,7 +242,8 @@ def _end_on_edge(
         BIFURCATION.steps_over * BIFURCATION.near_edge,
     )
     over: OrbitPoint | None = None
-    for beyond in islice(walk(orbits, kept, step, (), settings), BIFURCATION.steps_over):
+    steps = CurveSteps(orbits, kept, step, (), settings).points()
+    for beyond in islice(steps, BIFURCATION.steps_over):
         if isinstance(beyond, Failure):
             return None
         if (beyond.z[-1] > edge) != (before.z[-1] > edge):
