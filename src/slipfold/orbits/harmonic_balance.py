@@ -24,7 +24,6 @@ class BalanceSettings:
     fewest: int = 8  # harmonics of a forcing period that are kept in any case
     guess: int = 2048  # samples of a forcing period for the first guess: resolve 1,000 harmonics
     samples: int = 6  # samples a harmonic: products of two series are free of aliasing from 4
-    seen: float = 1e-4  # of scaled states, what the guess leaves to harmonics left out at first
     more: float = 1.5  # factor by which harmonics grow; the change by it is their error
     spare: float = 0.1  # part of the tolerance at which that change ends the growth
     steps: int = 12  # of Newton's method: from a guess that is nearly exact, 2 to 4 suffice
@@ -160,7 +159,8 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
     tails = np.cumsum(2 * np.abs(guess).max(axis=1)[::-1])[::-1]  # of a harmonic and all above it
     forces = _Equations(model, period, guess[: 2 * BALANCE.fewest], orbit.duration).inputs.shape[1]
     most = min(int((largest / max(forces, 1) - 1) / 2), len(guess) - 1)
-    seen = max(int(np.count_nonzero(tails >= BALANCE.seen)), BALANCE.fewest * period)
+    seen = max(BALANCE.spare * tolerance, 2 * tails[len(tails) // 2])  # beyond errors of the guess
+    seen = max(int(np.count_nonzero(tails >= seen)), BALANCE.fewest * period)
     # At a fold or branch point, of cycles besides the multiplier of their own direction
     singular = is_singular(orbit.multipliers, 0 if model.forced else 1)
     phases: Array = np.arange(len(orbit.nodes)) / len(orbit.nodes)
@@ -321,10 +321,15 @@ def _padded(harmonics: Complex, count: int) -> Complex:
 
 
 def _range(matrix: Array, small: float) -> Array:
-    """Return an orthonormal basis of the columns. Shapes: (n, m) -> (n, rank)."""
-    triangle = np.asarray(np.linalg.qr(matrix.T, mode="r"))
-    vectors, values, _ = np.linalg.svd(triangle.T)
-    return np.asarray(vectors[:, : int(np.count_nonzero(values > small))])
+    """Return an orthonormal basis of the columns, largest first. Shapes: (n, m) -> (n, rank)."""
+    found: list[Array] = []
+    while len(found) < len(matrix):
+        largest = matrix[:, (matrix * matrix).sum(axis=0).argmax()]
+        if not np.linalg.norm(largest) > small:
+            break
+        found.append(largest / np.linalg.norm(largest))
+        matrix = matrix - np.outer(found[-1], found[-1] @ matrix)
+    return np.array(found).reshape(-1, len(matrix)).T
 
 
 def _solve(
