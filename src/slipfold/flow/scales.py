@@ -162,10 +162,8 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
     def linear(states: Array) -> tuple[Array, Array]:
         at, phases = np.repeat(states, count, axis=0), np.tile(averaged, len(states))
         rates, jacobians = (of(at, phases, constants) for of in (flow.rates, flow.jacobians))
-        return (
-            rates.reshape(-1, count, n).mean(axis=1),
-            jacobians.reshape(-1, count, n, n).mean(axis=1),
-        )
+        rates, jacobians = rates.reshape(-1, count, n), jacobians.reshape(-1, count, n, n)
+        return rates.mean(axis=1), jacobians.mean(axis=1)
 
     result = np.full(n, np.nan)
     for nearby in (0.0, 1e-3):  # the state of rest may be singular
@@ -186,9 +184,9 @@ def linear_response(
     states = np.tile(center, (len(PHASES), 1))
     forcing = np.fft.fft(flow.rates(states, PHASES, constants), axis=0) / len(PHASES)
     jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
-    nodes = np.tile(center, (segments, 1))
-    phases = np.arange(segments) / segments
-    for harmonic in range(1, 9):
+    nodes, phases = np.tile(center, (segments, 1)), np.arange(segments) / segments
+    forced = np.abs(forcing / scales).max(axis=1)
+    for harmonic in 1 + np.flatnonzero(forced[1:9] > np.finfo(float).eps * forced.max()):
         stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
         if np.isfinite(stiffness).all():
             # Rows are normalized: else slow modes would be rounding errors of fast ones.
@@ -308,7 +306,7 @@ class _View:
         start = self.start
         if self.flow is not flow_of(self.model):  # friction holds it
             return start
-        result, slopes = self._around(start)
+        result, slopes = self._at_start
         largest = np.abs(result).max(axis=0)
         if (np.abs(result.mean(axis=0)) <= SCALES.unbalanced * largest).all():
             return start
@@ -336,7 +334,7 @@ class _View:
     @cached_property
     def slopes(self) -> Array:
         """Mean moduli of the derivatives of the rates there, shape (n, n)."""
-        return self._around(self.rest)[1]
+        return self._at_rest[1]
 
     @cached_property
     def ratios(self) -> Array:
@@ -430,6 +428,14 @@ class _View:
         largest = self._in_group(np.where(vibrates, sizes, 0.0) / self.ratios)
         return np.where(vibrates, np.maximum(sizes, self.ratios * largest), sizes)
 
+    @cached_property
+    def _at_start(self) -> tuple[Array, Array]:
+        return self._around(self.start)
+
+    @cached_property
+    def _at_rest(self) -> tuple[Array, Array]:
+        return self._at_start if self.rest is self.start else self._around(self.rest)
+
     def _around(self, state: Array) -> tuple[Array, Array]:
         """Return rates over a period at a state, (p, n), and mean moduli of their derivatives."""
         states = np.tile(state, (len(PHASES), 1))
@@ -450,9 +456,8 @@ class _View:
         size, change = np.abs(result).mean(axis=0), np.zeros(result.shape[1:])
         coefficients = self.constants.values
         for relative in SCALES.changes:
-            changed = replace(
-                self.constants, values=coefficients * _changes(coefficients, relative)
-            )
+            values = coefficients * _changes(coefficients, relative)
+            changed = replace(self.constants, values=values)
             others = self.flow.jacobians(states * _changes(states[0], -relative), PHASES, changed)
             with np.errstate(invalid="ignore"):  # an infinite derivative at the start
                 change = np.fmax(change, np.abs(others - result).mean(axis=0))
@@ -482,7 +487,7 @@ class _View:
     @cached_property
     def expected(self) -> Array:
         """Amplitudes that the rates at rest suggest, all zero where nothing forces the states."""
-        rates = self._around(self.rest)[0]
+        rates = self._at_rest[0]
         pushed = self._in_group(np.ptp(rates, axis=0) / self.ratios)
         if not _largest(pushed) > 0:
             return pushed
@@ -500,9 +505,8 @@ class _View:
         if not _largest(self.expected) > 0:
             return self.expected
         if self.slow is not None:  # a trajectory would take very many steps
-            nodes = linear_response(
-                self.flow, self.constants, self.ratios, SCALES.samples, self.start
-            )
+            given = self.flow, self.constants, self.ratios, SCALES.samples, self.start
+            nodes = linear_response(*given)
             return np.asarray(np.ptp(nodes, axis=0) / 2)
         states = self.motion
         reached = np.ptp(states.reshape(SCALES.periods, SCALES.samples, -1), axis=1) / 2
@@ -552,7 +556,7 @@ class _View:
         matrix = self.flow.jacobians(self.rest[None], phase, self.constants)[0]
         # At a degenerate state of rest no rate is linear: the start shows how large they are.
         moduli = np.abs(matrix if self.slow is None else self.slow @ matrix)
-        slopes = np.fmax(moduli, self._around(self.start)[1])[np.ix_(group, group)]
+        slopes = np.fmax(moduli, self._at_start[1])[np.ix_(group, group)]
         rows = (slopes * ratios / ratios[:, None]).max(axis=1)
         linear = _largest(rows)
         # Compare with rates in the loop, not with those of states that only follow it.
