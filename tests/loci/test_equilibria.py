@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 
 import slipfold as sf
-from slipfold.bifurcations.loci import fan, follow
+from slipfold.bifurcations.loci import bifurcation_set, fan, follow
 from slipfold.models.registry import model_named
 
 BOGDANOV_TAKENS = sf.System(
@@ -247,6 +247,19 @@ def test_an_island_of_equilibria_between_lines_is_found():
     (fold,) = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-0.9, 0.9)), regions=False).loci
     assert np.hypot(*(fold.values - (0.8, 0.75)).T) == pytest.approx(0.1, abs=1e-12)
     assert fold.closed
+
+
+def test_cycles_are_followed_from_equilibria_that_no_line_leads_to(monkeypatch):
+    # r' = g r with g = a + x - 2.4 + r^2 - r^4: cycles fold at g = 1/4 - r^2 + r^4, r^2 = 1/2.
+    monkeypatch.setattr(bifurcation_set, "LINES", (1, 1))
+    rates = {"x": "-x*((x - 2)^2 + b^2 - 0.3)", "u": "g*u - w", "w": "u + g*w"}
+    formulas = {"g": "a + x - 2.4 + u^2 + w^2 - (u^2 + w^2)^2"}
+    model = sf.System(parameters={"a": 0, "b": 0}, formulas=formulas, states=rates)
+    given = ("a", "b"), ((-1, 1), (-0.3, 0.3))
+    found = sf.bifurcation_set(model, *given, types="LP", periods=1, regions=False)
+    for locus, side in zip(found.loci, (-1, 1), strict=True):
+        a, b = locus.values.T
+        assert a == pytest.approx(0.15 + side * np.sqrt(0.3 - b**2), abs=1e-9)
 
 
 def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):

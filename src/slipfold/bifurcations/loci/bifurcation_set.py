@@ -10,7 +10,14 @@ import numpy as np
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.loci.fan import FanLine, GrazingEnds, at_rest, follow_fan, follow_settled
+from slipfold.bifurcations.loci.fan import (
+    FanLine,
+    GrazingEnds,
+    at_rest,
+    follow_fan,
+    follow_settled,
+    with_cycles,
+)
 from slipfold.bifurcations.loci.follow import follow_found
 from slipfold.bifurcations.loci.into_stick import (
     follow_sticking,
@@ -97,6 +104,7 @@ class _Search:
         self._grazing = GrazingEnds(plane)
         self._remarks: list[str] = []
         self.lines: list[FanLine] = []
+        self._apart: list[FanLine] = []  # equilibria that no line leads to, if cycles leave them
         self.interrupted = False
 
     def follow_loci(self) -> tuple[Locus, ...]:
@@ -131,8 +139,11 @@ class _Search:
         if not plane.model.forced and max(self._periods) > 0:
             # Equilibria come first: they take seconds, cycles near homoclinic orbits minutes.
             equilibria = replace(plane, settings=replace(plane.settings, largest_period=0))
-            for line in at_rest(equilibria, LINES):
+            for number, line in enumerate(at_rest(equilibria, LINES)):
                 yield from self._on(line.branches)
+                points = (point for branch in line.branches for point in branch.special)
+                if number >= sum(LINES) and any(point.type == "HB" for point in points):
+                    self._apart.append(line)
         for line in self._across():
             lines.append(line)
             if line.interrupted:
@@ -154,6 +165,8 @@ class _Search:
         yield from follow_fan(self._plane, LINES)
         if not self._plane.model.forced:
             yield from follow_settled(self._plane, self.lines)
+        if self._plane.settings.largest_period > 0:
+            yield from (with_cycles(self._plane, line) for line in self._apart)
 
     def map_regions(self, loci: Sequence[Locus]) -> RegionMap | None:
         """Label the regions between loci; return None if that is interrupted."""

@@ -320,6 +320,12 @@ def at_rest(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
                     yield line
 
 
+def with_cycles(plane: Plane, line: FanLine) -> FanLine:
+    """Follow the equilibria of a line again, and the cycles from their Hopf points."""
+    (branch, *_), middle = line.branches, len(line.branches[0]) // 2
+    return _through(plane, branch.orbit(middle).model, branch.states[middle], line.vary, line.fixed)
+
+
 def _passes(line: FanLine, plane: Plane, model: Model, state: Array) -> bool:
     """Whether an equilibrium lies on a line through the same place."""
     low, high = plane.span(line.fixed)
