@@ -34,6 +34,26 @@ def test_a_fold_followed_to_its_birth_finds_the_period_doubling_it_was_born_at()
     assert birth.leads_to == (fold.id,)
 
 
+@pytest.mark.long
+def test_folds_of_ever_longer_cycles_end_beside_a_homoclinic_orbit():
+    # Jansen and Rit (1995): SciPy finds a saddle 1e-7 from the last cycle, with 28.7 and -30.1/s.
+    states = {
+        "x": "u",
+        "y": "v",
+        "z": "w",
+        "u": "1625*sigmoid(0.56*(y - z - 6)) - 200*u - 1e4*x",
+        "v": "325*(p + 4*C*sigmoid(0.56*(C*x - 6))) - 200*v - 1e4*y",
+        "w": "1375*C*sigmoid(0.56*(C*x/4 - 6)) - 100*w - 2500*z",
+    }
+    model = sf.System(parameters={"p": 390, "C": 137}, states=states)
+    alone = sf.Settings(largest_period=1)
+    _, cycles, _ = sf.response(model, vary="p", span=(390, -50), settings=alone).branches
+    window = ("p", "C"), ((95, 160), (130.5, 137.1))
+    (folds,) = sf.locus(cycles.special[1], *window, switch=False).loci
+    (end,) = (end for end in (folds.started, folds.stopped) if end.kind == "homoclinic")
+    assert "the cycle nears a homoclinic orbit" in end.reason
+
+
 def test_the_fifth_order_coefficient_at_a_birth_says_where_the_fold_lies():
     # Near the point b = -2 e a^2 on the fold, with the amplitude a of the doubled orbit.
     found = sf.locus(special(12.5, "PD", 1), ("f", "Nd"), WINDOW)

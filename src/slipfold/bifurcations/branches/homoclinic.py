@@ -22,6 +22,7 @@ class HomoclinicRule:
 
     grown: float = 2.0  # ratio of durations below which nothing is known
     near: float = 0.05  # distance of a cycle from the saddle, in scaled states
+    beside: float = 1e-3  # the same where the parameters of a locus do not stand still
     nearby: float = 0.3  # the same of equilibria about to appear: it falls with a root
     proportional: float = 0.1  # relative change of a slope along a straight line
     stands: float = 1e-3  # change of the parameter over that of the duration, in spans
@@ -147,7 +148,7 @@ def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
 def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
     if not orbits.free_phase:  # of equilibria it is a unit of time
         return 1.0
-    first, last = (point.curve.duration(point.z) for point in (points[0], points[-1]))
+    first, last = (point.curve.orbits.duration(point.z) for point in (points[0], points[-1]))
     assert first is not None
     assert last is not None
     return float(last / first)
@@ -163,14 +164,23 @@ def _stands(orbits: Orbits, points: Sequence[OrbitPoint], fraction: float, grown
     return bool((np.abs(last[:, 1]) < fraction * last[:, 0] / unit).all())
 
 
-def _neared(point: OrbitPoint) -> str:
+def locus_nears(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
+    """Return the clause for a locus of ever longer cycles that come close to a saddle, else ""."""
+    growth = _growth(orbits, points)
+    neared = _neared(points[-1], RULE.beside) if growth > RULE.grown else ""
+    return neared and (
+        f"the duration grew to {growth:.3g} times that at first, and the cycle nears {neared}"
+    )
+
+
+def _neared(point: OrbitPoint, near: float = RULE.near) -> str:
     """Return what a cycle nears that is slowest beside a saddle, "" if it is not.
 
     Only there does a longer one stay longer. Through a canard explosion the parameter stands still
     as well, but the duration has a bound.
     """
     saddles = list[Array]()
-    for beside in _slow_places(point, point.z, RULE.near):
+    for beside in _slow_places(point, point.z, near):
         growth = np.zeros(1) if beside is None else np.linalg.eigvals(beside[1]).real
         if beside is not None and growth.max() > 0 > growth.min():
             if all(np.abs(beside[0] - other).max() > RULE.near for other in saddles):
@@ -208,7 +218,7 @@ def _slow_places(point: OrbitPoint, z: Array, near: float) -> Iterator[tuple[Arr
 
     It has the parameters of z; its scaled state comes with its Jacobian.
     """
-    orbits = point.curve
+    orbits = point.curve.orbits
     constants, flow, zero = orbits.constants(z), orbits.flow, np.zeros(1)
     nodes = orbits.nodes(z)
     speeds = np.linalg.norm(

@@ -12,6 +12,7 @@ from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import Returns, has_image, step_beside_parent
 from slipfold.bifurcations.branches.ends import failure_reason
 from slipfold.bifurcations.branches.events import Happened, check_events, events_on
+from slipfold.bifurcations.branches.homoclinic import locus_nears
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.stops import Limits, Standing, Unresolved
@@ -146,6 +147,9 @@ class _LocusEndings(Endings[OrbitPoint]):
             )
             return End("window", reason, pair_of(curve, last))
         kind, reason = failure_reason(curve.orbits, last, failure)
+        if clause := locus_nears(curve.orbits, traced.points):
+            reason = f"{clause}, beside which multipliers change too fast to be followed ({reason})"
+            return End("homoclinic", reason, pair_of(curve, last))
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
         if on_circle > (2 if curve.condition in PAIRED else 1):
             reason = (
