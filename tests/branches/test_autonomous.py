@@ -60,12 +60,6 @@ def test_a_flat_fold_beyond_which_nothing_rests_is_one_fold(rate, span):
     assert (fold.type, fold.value) == ("LP", pytest.approx(0, abs=1e-10))
 
 
-def test_an_equilibrium_that_does_not_exist_is_refused():
-    model = sf.System(name="runaway", parameters={"a": 1.0}, states={"x": "a + x^2"})
-    with pytest.raises(sf.InputError, match="no equilibrium of runaway was found at a = 1"):
-        sf.response(model, vary="a", span=(1, 2))
-
-
 def test_van_der_pol_from_its_rest_over_the_centers_to_the_relaxation_cycle():
     # At mu = 0 every circle is a cycle; that of radius 2 is where the limit cycle crosses.
     diagram = sf.response(model_named("vanderpol-free"), vary="mu", span=(-0.5, 1))
