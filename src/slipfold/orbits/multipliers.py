@@ -260,9 +260,10 @@ class CycleMultipliers(Multipliers):
         begins = np.linspace(0, len(across), QR.blocks, endpoint=False).astype(int)
         parts = [product(each) for each in np.split(across, begins[1:])]
         turns = [product([*parts[i:], *parts[:i]]) for i in range(len(parts))]
-        norms = np.nan_to_num(np.linalg.norm(turns, axis=(1, 2)), nan=np.inf)
-        if not np.linalg.norm(self.matrix(part)) > QR.larger * norms.min():
-            return None
+        with np.errstate(over="ignore", invalid="ignore"):  # such a product has no digits
+            norms = np.nan_to_num(np.linalg.norm(turns, axis=(1, 2)), nan=np.inf)
+            if not np.linalg.norm(self.matrix(part)) > QR.larger * norms.min():
+                return None
         enough = norms <= QR.gap * norms.min()
         return CycleMultipliers(int(begins[np.where(enough, norms, 0.0).argmax()]))
 
