@@ -271,29 +271,26 @@ def test_a_motion_on_no_torus_says_what_it_does():
 
 
 def test_motion_is_locked_between_the_folds_of_orbits():
-    # A branch of orbits of period 20 that is followed by continuation closes on itself, with folds
-    # at 0.145216792900 and 0.145283732788 N; one of period 22 at 0.135606464722 and 0.136221017107.
-    found = of_the_sliding_oscillator()
-    locked = {str(item.ratio): item for item in found.tori[-1].locked}
-    ends = [(locked[ratio].low, locked[ratio].high) for ratio in ("1/10", "1/11")]
-    assert np.array(ends) == pytest.approx(
-        np.array([(0.145216792900, 0.145283732788), (0.135606464722, 0.136221017107)]), abs=1e-11
-    )
+    # A branch of orbits of period 20, followed by continuation, closes on itself, with these folds.
+    found = of_the_sliding_oscillator((0.144, 0.156), 0.15)
+    (locked,) = found.tori[-1].locked
+    assert (locked.low, locked.high) == pytest.approx((0.145216792900, 0.145283732788), abs=1e-11)
     assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
+
+
+@pytest.mark.long
+def test_motion_is_locked_between_further_folds_and_hardly_beside_a_weak_resonance():
+    up, down = of_the_sliding_oscillator((0.135, 0.17)).tori
+    locked = next(item for item in down.locked if str(item.ratio) == "1/11")
+    assert (locked.low, locked.high) == pytest.approx((0.135606464722, 0.136221017107), abs=1e-11)
     # Beside a weaker resonance the interval is as narrow as rounding allows to see.
-    (weak,) = found.tori[0].locked
+    (weak,) = up.locked
     assert str(weak.ratio) == "1/9"
     assert 0 <= weak.high - weak.low < 1e-6
 
 
 def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
-    # That branch is followed as invariant circles, over two periods. Followed to Nd = 0.14 only, it
-    # ends there with 0.0955495283.
-    tori = of_the_sliding_oscillator().tori[-1]
-    place = np.abs(tori.parameter - 0.14).argmin()
-    model = sf.SlidingOscillator(f=12.5)
-    there = sf.lyapunov(model, 16_000, Nd=tori.parameter[place])
-    assert there.classification.rotation == pytest.approx(abs(tori.rotation[place]), abs=1e-7)
-    found = sf.lyapunov(model, 16_000, Nd=0.14)
+    # Followed to Nd = 0.14 as invariant circles, over two periods, it ends with 0.0955495283.
+    found = sf.lyapunov(sf.SlidingOscillator(f=12.5), 16_000, Nd=0.14)
     assert found.classification.rotation == pytest.approx(0.0955495283, abs=1e-7)
     assert "its rotation number is 0.0955495 +- " in found.summary()
