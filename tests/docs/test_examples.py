@@ -10,10 +10,6 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 BUILT = ("_build", "gallery_pages")
-PAGES = [
-    ROOT / "README.md",
-    *(p for p in sorted((ROOT / "docs").rglob("*.md")) if not {*BUILT} & {*p.parts}),
-]
 BLOCK = re.compile(r"^```pycon\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -22,7 +18,18 @@ def examples(page: Path) -> str:
     return "\n".join(BLOCK.findall(page.read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if examples(p)], ids=lambda p: p.name)
+# What they show has tests of its own in parameter_space and structures.
+LONG = ["friction-damper", "measured-data", "uncertainty-and-design"]
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, marks=[pytest.mark.long] * (p.stem in LONG), id=p.name)
+        for p in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+        if not {*BUILT} & {*p.parts} and examples(p)
+    ],
+)
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import matplotlib as mpl
 
