@@ -294,6 +294,8 @@ def test_help_of_each_command(command):
     result = run(command, "--help")
     assert result.exit_code == 0
     assert result.stdout.startswith(f"Usage: slipfold {command}")
+    fails = ("backbone", "design", "locus", "measure", "paper", "response", "simulate")
+    assert ("input, 3 " in " ".join(result.stdout.split())) == (command in fails)
 
 
 def test_a_branch_beyond_which_no_orbit_was_found_is_status_3(tmp_path):
