@@ -193,7 +193,7 @@ def bursts(r):
 
 @pytest.mark.long
 def test_a_slow_homoclinic_orbit_ends_a_branch_whose_steps_become_short():
-    # Multipliers come to 1e61, and two thousand points passed while I changed by 1e-9.
+    # Multipliers reach 1e61, and two thousand points passed while I changed by 1e-9.
     cycles = sf.response(bursts(0.006), vary="I", span=(0, 5), settings=UNDOUBLED).branches[1]
     assert cycles.stopped.kind == "homoclinic"
     assert cycles.stopped.value == pytest.approx(2.5892034, abs=1e-7)

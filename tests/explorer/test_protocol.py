@@ -74,7 +74,7 @@ def moved_through(*values, rests=0.6):
     answers, answering = [], Answering(Catalogue())
     for value in (0.6, *values):
         request = diagram(2, parameters={"f": 12.5, "Vd": value}, rests=value in (0.6, rests))
-        answers += [told for told in answers_to(request, answering) if not request["rests"]]
+        answers += [item for item in answers_to(request, answering) if not request["rests"]]
     assert all(answer["moved"] and answer["more"] and answer["done"] for answer in answers)
     return answers, answering
 

@@ -145,6 +145,7 @@ NEAR_A_CLOSING = [
 """A cycle of four rounds, at eight phases, shortly before its branch closes."""
 
 
+@pytest.mark.long
 def test_a_doubling_just_before_a_branch_closes_is_found_and_where_it_closes_is_known():
     # Its halves then differ by 3e-4 only. Missed, the doubling's own branch closed on nothing.
     law = sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2, s0=1e4)

@@ -40,13 +40,13 @@ PASSES = 1e-3
 """Distance from a branch, in scaled states, below which the branch passes an orbit."""
 
 
-WITH_REGIONS = (("f", "Nd"),)
-"""Planes whose regions are tested in every run; their sets are computed once, with regions."""
+OFTEN = ("f", "Nd")
+"""The plane whose regions are tested in every run; its set is computed once, with regions."""
 
 
 def whole_set(plane, regions=False):
     """Everything in the window of a plane."""
-    return _whole_set(plane, regions or plane in WITH_REGIONS)
+    return _whole_set(plane, regions or plane == OFTEN)
 
 
 @lru_cache(maxsize=16)

@@ -112,7 +112,7 @@ def test_hopf_points_alone_need_no_cycles(monkeypatch):
         return branches
 
     monkeypatch.setattr(fan, "trace_response", seen)
-    found = sf.locus(CIRCUIT, ("nu", "beta"), ((-0.65, -0.55), (0.4, 0.65)), type="HB")
+    found = sf.locus(CIRCUIT, ("nu", "beta"), ((-0.62, -0.58), (0.55, 0.65)), type="HB")
     assert set(followed) == {"equilibrium"}
     assert {locus.type for locus in found.loci} == {"HB"}
     assert (-0.6, 0.6) in [

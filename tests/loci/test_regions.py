@@ -3,15 +3,11 @@
 import numpy as np
 import pytest
 
-from helpers.bifurcation_sets import PLANES, WITH_REGIONS, orbits_at, response, whole_set
+from helpers.bifurcation_sets import OFTEN, PLANES, orbits_at, response, whole_set
 from slipfold import InputError, SlidingOscillator, periodic_orbit
 from slipfold.bifurcations.loci.region_votes import REGIONS, Raster
 
-FORCE = ("f", "Nd")
-ALL = [
-    pytest.param(plane, marks=[] if plane in WITH_REGIONS else pytest.mark.long, id=plane[0])
-    for plane in PLANES
-]
+ALL = [OFTEN, *(pytest.param(plane, marks=pytest.mark.long) for plane in PLANES if plane != OFTEN)]
 
 
 def stable_periods(plane, place):
@@ -68,9 +64,8 @@ def check_labels(plane, count, seed=20260107):
     return same
 
 
-@pytest.mark.parametrize("plane", WITH_REGIONS, ids=",".join)
-def test_labels_at_random_places(plane):
-    assert check_labels(plane, 5) >= 3
+def test_labels_at_random_places():
+    assert check_labels(OFTEN, 5) >= 3
 
 
 @pytest.mark.long
@@ -106,7 +101,7 @@ def test_regions_cover_the_window(plane):
 
 
 def test_the_plane_of_frequency_and_force_has_every_kind_of_region():
-    regions = whole_set(FORCE, regions=True).regions
+    regions = whole_set(OFTEN, regions=True).regions
     assert {region.stable for region in regions.regions} == {(), (1,), (2,), (1, 2)}
     # Between the doublings and tori of loci.json.
     for f, Nd, stable in (

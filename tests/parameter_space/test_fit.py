@@ -266,6 +266,7 @@ def test_a_reading_that_nothing_explains_is_left_out_and_told(swept):
     assert found["d"].value == pytest.approx(0.06, abs=1e-7)
 
 
+@pytest.mark.long
 def test_friction_and_damping_from_a_frequency_response_of_the_sliding_oscillator():
     truth = sf.SlidingOscillator(Nd=0.03, mu=0.46, zeta1=0.012)
     seen = sf.measure(truth, "f", np.linspace(12.1, 12.9, 7), ["max y"], errors=1e-4, seed=3)

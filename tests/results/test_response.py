@@ -127,6 +127,7 @@ period = "1/f"
 """
 
 
+@pytest.mark.long
 def test_extrema_of_a_planar_graze_continue_those_of_its_neighbors(tmp_path):
     # Slip has no direction there, so nothing integrates the orbit itself.
     diagram = response(System(PLANAR), "f", (2.3, 2.6))
