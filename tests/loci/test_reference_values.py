@@ -188,24 +188,22 @@ def check_line(found, item, index):
 
 def planes_of(item):
     """Planes whose window holds what a force response was computed at."""
-    values = model_values(item["set"])
-    base = {"f": 12.5, "Vd": 0.6, "Ns": 1.0, "mu": 0.5, "alpha": math.pi / 3}
-    base = {name: values.get(name, value) for name, value in base.items()}
+    usual = {"f": 12.5, "Vd": 0.6, "Ns": 1.0, "mu": 0.5, "alpha": math.pi / 3}
+    base = usual | model_values(item["set"])
     for plane, (span, (_, highest)) in PLANES.items():
         name = plane[0]
-        others = {key: value for key, value in base.items() if key != name}
-        usual = {"f": 12.5, "Vd": 0.6, "Ns": 1.0, "mu": 0.5, "alpha": math.pi / 3}
-        same = all(value == usual[key] for key, value in others.items())
+        same = all(base[key] == usual[key] for key in usual if key != name)
         inside = span[0] <= base[name] <= span[1]
         reached = all(entry[1] <= highest for k in (1, 2) for entry in item[f"period{k}"])
         if same and inside and reached:
             yield plane, base[name]
 
 
+LONG = [pytest.mark.long]
 FORCED = [
-    pytest.param(plane, value, item, id=f"{plane[0]}={value:.4g}")
+    pytest.param(p, value, item, id=f"{p[0]}={value:.4g}", marks=LONG * (p[0] not in ("f", "Vd")))
     for item in PRINTED["force_response"]
-    for plane, value in planes_of(item)
+    for p, value in planes_of(item)
 ]
 
 
