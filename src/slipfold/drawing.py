@@ -51,6 +51,30 @@ SHOWN = ("output", "quantity")
 """Names of the parameter that says which quantity is shown."""
 
 
+class Drawn:
+    """Base of what has figures."""
+
+    def plot(self, output: str | None = None, kind: str | None = None, **options: Any) -> Any:
+        """Draw it.
+
+        Parameters
+        ----------
+        output
+            The state or output to draw, of a study the quantity; the first one if None.
+        kind
+            Kind of figure, where the notes of the class name several; the first one if None.
+        **options
+            Options of the drawing that the notes of the class name, and ``ax=`` the axes to draw
+            in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or ndarray of them
+            The axes.
+        """
+        return draw(self, output, kind, **options)
+
+
 def draw(thing: object, output: str | None = None, kind: str | None = None, **options: Any) -> Any:
     """Draw something and return its axes."""
     names = [each.__name__ for each in type(thing).__mro__ if each.__name__ in FIGURES]

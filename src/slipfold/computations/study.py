@@ -14,8 +14,9 @@ from slipfold.results.records import provenance, structure_record
 from slipfold.results.study import StudyResult, study_result
 from slipfold.studies.executors import open_executor
 from slipfold.studies.plan import Plan, digest, read_plan, total
-from slipfold.studies.run import run_cases, versions
+from slipfold.studies.run import run_cases
 from slipfold.studies.store import Store
+from slipfold.version import versions
 
 
 @documented

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import platform
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -28,7 +27,7 @@ from slipfold.models.unforced import Unforced
 from slipfold.read_only import Documented
 from slipfold.results.checks.checked import Checked
 from slipfold.results.tables import LabeledTable
-from slipfold.version import package_version
+from slipfold.version import versions
 
 
 def encoded(value: Any) -> Any:
@@ -150,17 +149,9 @@ VERSIONS = ("slipfold", "heyoka", "numpy", "python")
 
 def provenance(seconds: float | None = None) -> Provenance:
     """Describe a computation that has just ended after some seconds, or one without a time."""
-    import heyoka
-    import numpy
-
-    return Provenance(
-        slipfold=package_version(),
-        heyoka=heyoka.__version__,
-        numpy=numpy.__version__,
-        python=platform.python_version(),
-        computed=None if seconds is None else datetime.now(UTC).isoformat(timespec="seconds"),
-        seconds=seconds,
-    )
+    known = {name: version for name, version in versions().items() if name in VERSIONS}
+    computed = None if seconds is None else datetime.now(UTC).isoformat(timespec="seconds")
+    return Provenance(**known, computed=computed, seconds=seconds)
 
 
 def structure_record(model: Model) -> dict[str, Any]:

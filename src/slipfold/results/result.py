@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
-from slipfold.drawing import draw
+from slipfold.drawing import Drawn
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, Parameter, State
@@ -67,7 +67,7 @@ STANDARD = frozenset(
 """Names of dimensions that results share, and of their labels."""
 
 
-class Result(OneLine, ReadOnly, ABC):
+class Result(OneLine, Drawn, ReadOnly, ABC):
     """A result; each class declares its fields and says how it reads, the rest follows."""
 
     schema: ClassVar[str]
@@ -118,26 +118,6 @@ class Result(OneLine, ReadOnly, ABC):
     def _text(self, sections: Sequence[PrintedTable | list[str]]) -> str:
         lines = [each.text() if isinstance(each, PrintedTable) else each for each in sections]
         return self.gap.join("\n".join(each) for each in [[self._head()], *lines] if each)
-
-    def plot(self, output: str | None = None, kind: str | None = None, **options: Any) -> Any:
-        """Draw the result.
-
-        Parameters
-        ----------
-        output
-            The state or output to draw, of a study the quantity; the first one if None.
-        kind
-            Kind of figure, where the notes of the class name several; the first one if None.
-        **options
-            Options of the drawing that the notes of the class name, and ``ax=`` the axes to draw
-            in.
-
-        Returns
-        -------
-        matplotlib.axes.Axes or ndarray of them
-            The axes.
-        """
-        return draw(self, output, kind, **options)
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain data for `json`; the notes of the class name the schema.

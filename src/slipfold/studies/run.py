@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
@@ -22,7 +21,7 @@ from slipfold.studies.executors import TASKS, OpenExecutor
 from slipfold.studies.plan import Plan, total
 from slipfold.studies.store import Record, Store
 from slipfold.studies.works import CaseValues, Work
-from slipfold.version import package_version
+from slipfold.version import versions
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,21 +101,6 @@ def failure(number: int, given: dict[str, float], reason: str) -> Record:
 
 
 @cache
-def versions() -> dict[str, str]:
-    """Return the versions of the programs that last digits depend on."""
-    import heyoka
-    import numpy
-    import scipy
-
-    return {
-        "slipfold": package_version(),
-        "heyoka": heyoka.__version__,
-        "numpy": numpy.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
-    }
-
-
 class Groups:
     """Numbers of cases in order, cut into groups by the measured time of a case.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.tori.circles import TORUS, slopes, turned
-from slipfold.drawing import draw
+from slipfold.drawing import Drawn
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import Average, average
@@ -128,11 +128,12 @@ def surface_of(model: Model, circle: Array, rotation: float, period: int) -> Sur
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TorusSpectrum(SpectralLines, ReadOnly):
+class TorusSpectrum(SpectralLines, Drawn, ReadOnly):
     """Single-sided spectra of all outputs on one torus; frozen.
 
     Made by `TorusBranch.spectrum`. Lines lie at ``k f1 + l f2``. They come from the series of the
     torus and not from a trajectory of some length, so that none leaks into another, however near.
+    `plot` draws the amplitudes of an output over frequency, the tallest lines with their orders.
 
     Examples
     --------
@@ -202,18 +203,6 @@ class TorusSpectrum(SpectralLines, ReadOnly):
                 f"{most[1]} on both sides"
             )
         return float(self.amplitude[same.argmax(), column])
-
-    def plot(self, output: str | None = None, **options: Any) -> Any:
-        """Draw the amplitudes of an output over frequency, the tallest lines with their orders.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model; the first state if None.
-        **options
-            Options of the drawing, e.g. ``ax=`` the axes to draw in.
-        """
-        return draw(self, output=output, **options)
 
 
 def spectrum_of(model: Model, surface: Surface) -> TorusSpectrum:

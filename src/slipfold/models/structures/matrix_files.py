@@ -193,19 +193,24 @@ def node_name(node: str, direction: str) -> str:
 _COLUMNS = ("node", "direction", "name")
 
 
-def read_names(path: Path) -> tuple[str, ...]:
-    """Read names of degrees of freedom, one a row: of node and direction, or a name."""
-    _require_file(path, "a table with the columns node and direction, or name")
+def csv_table(path: Path, what: str) -> tuple[list[str], list[dict[str, str]]]:
+    """Return the columns of a CSV file and its rows, cells without blanks around them."""
+    _require_file(path, what)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             given = csv.DictReader(file, skipinitialspace=True)
             columns = [str(item).strip().lower() for item in given.fieldnames or ()]
             given.fieldnames = columns
-            rows = list(given)
+            return columns, [{key: (row[key] or "").strip() for key in columns} for row in given]
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(
             f"{path} is no table of comma-separated values ({error}); save it as CSV in UTF-8"
         ) from None
+
+
+def read_names(path: Path) -> tuple[str, ...]:
+    """Read names of degrees of freedom, one a row: of node and direction, or a name."""
+    columns, rows = csv_table(path, "a table with the columns node and direction, or name")
     if not ({"node", "direction"} <= set(columns) or "name" in columns):
         raise InputError(
             f"{path} has the columns {listed(columns, 'nothing')}; its first row must hold node "
@@ -214,8 +219,8 @@ def read_names(path: Path) -> tuple[str, ...]:
     return tuple(_named(row, path, line) for line, row in enumerate(rows, 2))
 
 
-def _named(row: dict[str, str | None], path: Path, line: int) -> str:
-    node, direction, name = ((row.get(key) or "").strip() for key in _COLUMNS)
+def _named(row: dict[str, str], path: Path, line: int) -> str:
+    node, direction, name = (row.get(key, "") for key in _COLUMNS)
     if name or (node and direction):
         return name or node_name(node, direction)
     raise InputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +10,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array, Indices
-from slipfold.drawing import draw
+from slipfold.drawing import Drawn
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import brief, is_whole
-from slipfold.models.structures.matrix_files import node_name
+from slipfold.models.structures.matrix_files import csv_table, node_name
 from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 from slipfold.writing import write_file
@@ -252,18 +251,7 @@ def turns_about(axis: str, sectors: int) -> Array:
 
 def _table(path: Path, needed: Sequence[str]) -> list[dict[str, str]]:
     """Return the rows of a CSV file by its columns."""
-    if not path.is_file():
-        raise InputError(f"{path} does not exist or is not a file; give a CSV file of the mesh")
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            given = csv.DictReader(file, skipinitialspace=True)
-            given.fieldnames = [str(item).strip().lower() for item in given.fieldnames or ()]
-            columns = given.fieldnames
-            rows = [{key: (row[key] or "").strip() for key in columns} for row in given]
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(
-            f"{path} is no table of comma-separated values ({error}); save it as CSV in UTF-8"
-        ) from None
+    columns, rows = csv_table(path, "a CSV file of the mesh")
     if missing := [name for name in needed if name not in columns]:
         raise InputError(
             f"{path} has the columns {listed(columns, 'nothing')}; its first row must hold "
@@ -329,7 +317,7 @@ def _by_meshio(path: Path, directions: Mapping[str, str] | None) -> Mesh:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshShapes(OneLine, Documented):
+class MeshShapes(OneLine, Drawn, Documented):
     """Displacements of the nodes of a mesh: modes of a structure, or its motion at some times.
 
     `plot` draws one of them: ``shape`` is its place, ``scale`` multiplies displacements, of which
@@ -347,16 +335,6 @@ class MeshShapes(OneLine, Documented):
         """Half of the range of each displacement over all shapes, as one shape."""
         half = np.ptp(self.displacements, axis=0)[None] / 2
         return MeshShapes(self.mesh, half, (f"amplitude over {len(self.labels)} times",))
-
-    def plot(self, **options: Any) -> Any:
-        """Draw a shape.
-
-        Parameters
-        ----------
-        **options
-            Options of the drawing that the notes of the class name.
-        """
-        return draw(self, **options)
 
     def save(self, path: str | Path) -> Path:
         """Write mesh and shapes to a VTK file, which ParaView and others read.
