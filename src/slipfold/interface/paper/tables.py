@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.interface.paper.cases import Case, Cases, Figure
+from slipfold.results.tables import Frame
 
 
 def number(value: float | None, missing: str = "none") -> str:
@@ -50,14 +49,13 @@ def thresholds_csv(cases: Cases, results: Mapping[Case, Any]) -> str:
 
     Numbers are written so that they read back exactly. What has no value is empty.
     """
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for curve in cases.needs:
-        if curve.kind == "response" and curve in results:
-            for branch, point in results[curve].special:
-                writer.writerow(_cells(cases, curve, branch, point))
-    return text.getvalue()
+    rows = [
+        _cells(cases, curve, branch, point)
+        for curve in cases.needs
+        if curve.kind == "response" and curve in results
+        for branch, point in results[curve].special
+    ]
+    return Frame({name: [row[name] for row in rows] for name in COLUMNS}, {}).to_csv()
 
 
 def _cells(cases: Cases, curve: Case, branch: Branch, point: SpecialPoint) -> dict[str, object]:

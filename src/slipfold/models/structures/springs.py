@@ -218,18 +218,14 @@ class GapSpring(OneDirection):
 
     def _forces(self, local: LocalState) -> Forces:
         (u,), c = local.u, local.c
-        parts = []
-        for sign in _SIDES[self.side]:
-            parts.append(-sign * c["half"] * _pressed(sign * u - c["gap"], c))
-        return (total(parts),)
+        half, gap, signs = c["half"], c["gap"], _SIDES[self.side]
+        return (total([-sign * half * _pressed(sign * u - gap, c) for sign in signs]),)
 
     def _potential(self, local: LocalState) -> Expression:
         """Return the work that pressing the stop takes, zero at contact."""
         (u,), c = local.u, local.c
-        parts = []
-        for sign in _SIDES[self.side]:
-            parts.append(0.5 * c["half"] * _pressing(sign * u - c["gap"], c))
-        return total(parts)
+        half, gap, signs = c["half"], c["gap"], _SIDES[self.side]
+        return total([0.5 * half * _pressing(sign * u - gap, c) for sign in signs])
 
 
 MAX_ROWS = 64
