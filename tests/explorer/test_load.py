@@ -2,9 +2,9 @@
 
 import threading
 
-from helpers.explorer_server import diagram
+import pytest
 
-CLIENTS = 20
+from helpers.explorer_server import diagram
 
 
 def drag(explorer, number, faults):
@@ -19,13 +19,12 @@ def drag(explorer, number, faults):
         faults.append(repr(error))
 
 
+@pytest.mark.long
 def test_every_client_has_its_newest_request_answered(explorer):
     with explorer.client() as client:
         client.ask(diagram())
     processes, faults = explorer.workers.processes, []
-    threads = [
-        threading.Thread(target=drag, args=(explorer, number, faults)) for number in range(CLIENTS)
-    ]
+    threads = [threading.Thread(target=drag, args=(explorer, n, faults)) for n in range(20)]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -66,6 +66,7 @@ def test_a_belt_carries_a_mass_as_simulate_says():
     assert last_message(sf.built_in_models()["duffing"](), periods=3)["contacts"] is None
 
 
+@pytest.mark.long
 def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
     model, solutions = sf.Structure.from_toml(CHAIN), KeptTrajectories()
     last = last_message(model, solutions, periods=600)

@@ -362,6 +362,7 @@ SYMMETRIC_PAIR = sf.System(
 """Cycles with x^2 = m + r2/2, g = 0 and x^2 = 0.6 r2 - 0.4 r2^2 have a pair on the unit circle."""
 
 
+@pytest.mark.long
 def test_tori_begin_at_a_zero_hopf_point_of_a_symmetry():
     window = ((-0.5, 0.5), (-0.5, 0.5))
     found = sf.locus(SYMMETRIC_PAIR, ("m", "b"), window)

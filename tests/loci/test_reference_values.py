@@ -201,7 +201,7 @@ def planes_of(item):
 
 LONG = [pytest.mark.long]
 FORCED = [
-    pytest.param(p, value, item, id=f"{p[0]}={value:.4g}", marks=LONG * (p[0] not in ("f", "Vd")))
+    pytest.param(p, value, item, id=f"{p[0]}={value:.4g}", marks=LONG * (p[0] != "f"))
     for item in PRINTED["force_response"]
     for p, value in planes_of(item)
 ]
