@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipfold.arrays import Array
-from slipfold.drawing import draw
+from slipfold.drawing import Drawn
 from slipfold.errors import InputError
 from slipfold.models.parametric import Parametric
 from slipfold.models.quantities import (
@@ -85,7 +85,7 @@ ContactValues = Annotated[ContactState, "Slip, memory and normal force."]
 
 
 @dataclass(frozen=True)
-class FrictionLaw(Parametric, ABC):
+class FrictionLaw(Parametric, Drawn, ABC):
     r"""Friction between two bodies that slip on each other; immutable, comparable, picklable.
 
     The force on a body, pressed with the normal force N on a surface that moves relative to it
@@ -96,7 +96,8 @@ class FrictionLaw(Parametric, ABC):
         F = N \mu(|v|) v/|v|
 
     along v, in the plane as on a line. All laws are proportional to the normal force: their
-    stiffness and damping, too, are those of the force over N.
+    stiffness and damping, too, are those of the force over N. `plot` draws the friction coefficient
+    over the slip speed with its slope, up to the speed ``fastest=`` in m/s.
 
     A subclass is a frozen dataclass. It states `title`, declares its parameters with `described`
     and implements `formula`; fields that are not parameters (an exponent, a shape) are made by
@@ -284,16 +285,6 @@ class FrictionLaw(Parametric, ABC):
                 "limit; give a slip that is not zero, or a regularized law"
             )
         return self.forces(contact, self.values)
-
-    def plot(self, **options: Any) -> Any:
-        """Draw the friction coefficient over the slip speed with its slope; return the axes.
-
-        Parameters
-        ----------
-        **options
-            Options of the drawing, e.g. ``fastest=2.0`` (m/s) and ``ax=`` the axes to draw in.
-        """
-        return draw(self, **options)
 
 
 @dataclass(frozen=True)
