@@ -348,6 +348,8 @@ def _only_just(
     point: OrbitPoint, change: MarginalShooting
 ) -> tuple[OrbitPoint | None, OrbitPoint | None]:
     """Return a point in terms of a change of contacts, and the orbit that only just meets it."""
+    if not isinstance(point.curve, Orbits):  # on a locus both conditions would have to hold
+        return None, None
     again = point.curve.described_by(change).converted(point)
     met = None if again is None else solve_marginal(again.curve, again, [change])
     return again, None if met is None else met.point
