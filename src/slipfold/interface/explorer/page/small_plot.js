@@ -132,9 +132,7 @@ export class SmallPlot {
     for (const [i, label] of labelsOf(across).entries()) {
       const value = across[i];
       grid.push(`M${x(value).toFixed(1)} ${top}V${bottom}`);
-      // Centered at an edge, a label would be cut, or overlap the lowest number of the ordinate.
-      const half = (label.length * DIGIT) / 2;
-      const place = Math.min(Math.max(x(value), left + half - EDGE), right + MARGIN.right - half);
+      const place = left + placed(x(value) - left, label, right - left);
       text(label, { x: place, y: bottom + 13, "text-anchor": "middle" });
     }
     const decades = yAxis.isLog;
@@ -226,9 +224,20 @@ function labelsOf(values) {
   return values.map((value) => formatted(value, Math.min(Math.max(digits, 4), 12)));
 }
 
+/** Where a label is centered: at an edge it would be cut, or overlap the lowest number of the ordinate. */
+function placed(x, label, width) {
+  const half = (label.length * DIGIT) / 2;
+  return Math.min(Math.max(x, half - EDGE), width + MARGIN.right - half);
+}
+
 /** Round numbers across a width, as many as have room for their digits. */
 function apart(range, width) {
-  const fits = (values) => values.length * (Math.max(...labelsOf(values).map((label) => label.length)) + 1) * DIGIT <= width;
+  const fits = (values) => {
+    const labels = labelsOf(values);
+    const places = labels.map((label, i) => placed(((values[i] - range[0]) / (range[1] - range[0])) * width, label, width));
+    const isApart = (label, i) => i === 0 || places[i] - places[i - 1] >= ((labels[i - 1].length + label.length) / 2 + 1) * DIGIT;
+    return labels.every(isApart);
+  };
   let count = Math.max(width / 55, 3);
   let values = atLeastTwo(range, count);
   while (values.length > 2 && !fits(values)) {
@@ -236,7 +245,9 @@ function apart(range, width) {
     // One alone does not show the scale.
     values = fewer.length > 1 ? fewer : [values[0], values.at(-1)];
   }
-  return values;
+  if (values.length < 2 || fits(values)) return values;
+  const finer = ticks(range, 12); // of which the outer two are as far apart as can be
+  return [finer[0], finer.at(-1)];
 }
 
 function yTicks(range, top, bottom, isLog) {
