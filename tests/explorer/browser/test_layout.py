@@ -177,7 +177,7 @@ def test_the_tour_does_not_move_the_plots(new_tab):
 
 
 def test_a_presentation_has_large_type_and_no_controls(still):
-    page = still.page
+    page = still.open().page
     size = "(selector) => document.querySelector(selector).layout.font.size"
     page.evaluate("document.activeElement.blur()")  # of a box it would be a letter
     page.keyboard.press("p")
@@ -186,6 +186,7 @@ def test_a_presentation_has_large_type_and_no_controls(still):
     for shown in (DIAGRAM, "#orbit .stage", "#parameter-Nd-slider"):
         expect(page.locator(shown)).to_be_visible()
     page.wait_for_function(f"(selector) => ({size})(selector) > 19", arg=f"{DIAGRAM} .plot-canvas")
+    assert page.locator(".specials").evaluate("(list) => list.scrollHeight <= list.clientHeight")
     still.box("Nd").press("p")
     expect(page.locator(".masthead .tools")).to_be_hidden()
     still.box("Nd").press("Escape")  # it restores the box first
