@@ -89,18 +89,15 @@ def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[ND
 def is_among(
     model: Model, nodes: NDArray[np.float64], period: int, known: Sequence[NDArray[np.float64]]
 ) -> bool:
-    """Whether an orbit is one of others, started in whichever forcing period.
+    """Whether an orbit is one of others, started in whichever forcing period: a state decides.
 
-    Shapes: nodes (m, n_states).
+    Shapes: nodes (m, n_states), where m differs between orbits.
     """
     scales, whole = model.state_scales(), model.angle_periods
     each, rest = divmod(len(nodes), period)
-    started = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
-    return any(
-        np.abs(wrap_angles(copy - other, whole) / scales).max() < ISOLATED.same
-        for copy in started
-        for other in known
-    )
+    starts = nodes[:1] if rest else nodes[::each]
+    gaps = (np.abs(wrap_angles(starts - other[0], whole) / scales) for other in known)
+    return any(gap.max(axis=1).min() < ISOLATED.same for gap in gaps)
 
 
 def _orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float64] | None:
