@@ -52,6 +52,7 @@ class PeriodicQr:
     gap: float = 100.0  # ratio of moduli that are separated: others lose two digits at most
     separate: float = 1e-13  # turn of the basis below which subspaces are invariant
     double: float = 1e-5  # distance of two multipliers that may be one: their mean is known better
+    singular: float = 700.0  # logarithm of a ratio of singular values that is infinite
     large: float = 1e4  # multiplier beside which others lose digits in the product
     # Norm of a cycle's matrix from its first node over the least from any node, above which it
     # begins at another node: three digits are lost
@@ -74,9 +75,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
     # There is none across the flow of a single angle.
     if not (matrices.size and np.isfinite(matrices).all()):
         return np.full(matrices.shape[1], np.nan + 0j)
-    factors = [*matrices]
-    if len(factors) > QR.blocks:
-        factors = [product(part) for part in np.array_split(matrices, QR.blocks)]
+    factors = [product(part) for part in np.split(matrices, _kept_apart(matrices))]
     basis = _dominant_first(product(np.array(factors)))
     groups, below = [slice(None)], np.full(len(basis) - 1, np.inf)
     for _ in range(QR.sweeps):
@@ -156,9 +155,23 @@ def multiplier_differences(values: Complex, others: Complex) -> Array:
         return np.full(len(values), np.nan)
     rest, distances = list(others), []
     for value in values:
-        nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
-        distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
+        own = _mean_near(value, values)
+        nearest = int(np.argmin(np.abs(np.array(rest) - own)))
+        distances.append(abs(_mean_near(rest.pop(nearest), others) - own))
     return np.array(distances)
+
+
+def _kept_apart(matrices: Array) -> NDArray[np.intp]:
+    """Return where products of neighbors begin that lose two digits, or more if there are many.
+
+    The root mean square of singular values over their mean says how far they are apart.
+    """
+    n, sizes = matrices.shape[1], np.linalg.norm(matrices, axis=(1, 2))
+    with np.errstate(all="ignore"):
+        apart = n * np.log(sizes / np.sqrt(n)) - np.linalg.slogdet(matrices)[1]
+        total = np.cumsum(np.minimum(apart, QR.singular))
+        parts = total // max(np.log(QR.gap), total[-1] / QR.blocks)
+    return 1 + np.flatnonzero(np.diff(parts))
 
 
 def _logarithms(values: Array | Complex) -> Array:
