@@ -186,8 +186,7 @@ def locating(
     """Search for the zero of a function that has different signs at two points.
 
     Each guess is the zero of the polynomial through all values, also of points outside the two.
-    Where it has none in the bracket, inverse interpolation and bisection follow. Every point
-    computed is added to `history`.
+    Where it has none in the bracket, this is bisected. Every point computed is added to `history`.
     """
     values = function(a), function(b)
     while not (chord := _Chord(a, b)).is_crossed_once:
@@ -244,8 +243,6 @@ class BracketedZero:
         """Return where to evaluate the function next, inside the bracket."""
         start = min(self._tried, key=lambda item: abs(item[1]))[0]
         s, count = _polynomial_zero([*self._tried, *self._outside], start), len(self._tried) - 2
-        if not self._low < s < self._high:
-            s = _inverse_interpolation(self._tried, self._low, self._high)
         if not self._low < s < self._high or (count > ZERO.interpolations and count % 2):
             return 0.5 * (self._low + self._high)
         return s
@@ -359,16 +356,3 @@ def _polynomial_zero(values: Sequence[tuple[float, float]], start: float) -> flo
             return np.nan
         s -= value / slope
     return s
-
-
-def _inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
-    """Return the zero by Neville's scheme through both ends of the bracket and the last two."""
-    ends = [item for item in tried if item[0] in (low, high)]
-    others = [item for item in tried if item[0] not in (low, high)]
-    chosen = np.array(ends + others[-2:])
-    s, f = chosen[:, 0], chosen[:, 1]
-    if len(set(f)) < len(f):
-        return np.nan
-    for order in range(1, len(f)):
-        s = (f[order:] * s[:-1] - f[:-order] * s[1:]) / (f[order:] - f[:-order])
-    return float(s[0])
