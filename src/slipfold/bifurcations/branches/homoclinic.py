@@ -96,8 +96,7 @@ class Homoclinic:
 
     def _folds(self, interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
         """Return the places of the last folds of cycles, in spans, and durations, if there are."""
-        found = interval.traced.found if self._orbits.free_phase else []
-        folds = [item.point for item in found if item.type == "LP"][-count:]
+        folds = [item.point for item in interval.traced.found if item.type == "LP"][-count:]
         durations = [point.z[-2] * point.curve.units[-2] for point in folds]
         return np.array([point.z[-1] for point in folds]), np.array(durations)
 

@@ -151,8 +151,9 @@ class BranchTree(CurveSet[OrbitPoint]):
         monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
         if orbits.model.forced:
             monitors.append(Undetermined(orbits))
-        largest = self._settings.largest_duration
-        return [*monitors, Homoclinic(orbits, largest), Families(orbits)]
+        if orbits.free_phase:
+            monitors.append(Homoclinic(orbits, self._settings.largest_duration))
+        return [*monitors, Families(orbits)]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the new junctions of a branch; one that was met before links two branches."""
