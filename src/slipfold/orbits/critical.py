@@ -117,7 +117,7 @@ class Critical(OrbitCurve):
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, one number less than there are unknowns."""
         plain = self.orbits.linearize(z)
-        values = np.append(plain.conditions.values, self._values(plain, z))
+        values = np.concatenate([plain.conditions.values, self._values(plain, z)])
         return defect_of(plain.residual, values)
 
     def linearize(self, z: Array) -> Linearization:
@@ -127,7 +127,7 @@ class Critical(OrbitCurve):
         assert added.gradients is not None
         above = plain.conditions.gradients
         gradients = added.gradients if above is None else np.vstack([above, added.gradients])
-        values = np.append(plain.conditions.values, added.values)
+        values = np.concatenate([plain.conditions.values, added.values])
         return replace(plain, conditions=replace(added, values=values, gradients=gradients))
 
     def _values(self, plain: Linearization, z: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,7 +142,7 @@ class Degeneracy:
             forward.append(forward[-1] @ block.T)
         for block in blocks[:0:-1]:
             backward.append(backward[-1] @ block)
-        return np.stack(forward, axis=1), np.stack(backward[::-1], axis=1)
+        return np.array(forward).swapaxes(0, 1), np.array(backward[::-1]).swapaxes(0, 1)
 
 
 UNKNOWN = Degeneracy(np.nan, np.empty((0, 0)), np.empty((0, 0)))
@@ -170,7 +171,7 @@ def degeneracy(kind: str, monodromy: Array, pair: tuple[int, int] | None = None)
     if found is UNKNOWN:
         return found
     # The matrix is known to a fraction of its largest entry, and so is the number.
-    size = float(np.sqrt(1 + np.linalg.norm(monodromy) ** 2))
+    size = sqrt(1 + np.vdot(monodromy, monodromy))
     return Degeneracy(found.value / size, found.left / size, found.right)
 
 
@@ -223,7 +224,7 @@ def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:
     shift = -1.0 if kind == "LP" else 1.0
     matrix = monodromy + shift * np.eye(len(monodromy))
     left, values, right = np.linalg.svd(matrix)
-    sign = np.sign(np.linalg.det(left) * np.linalg.det(right))
+    sign = np.sign(np.linalg.det(left @ right))
     return Degeneracy(float(sign * values[-1]), sign * left[:, -1:].T, right[-1:])
 
 

@@ -23,7 +23,7 @@ from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import critical_places, floquet_multipliers
+from slipfold.orbits.test_functions import PRODUCTS, critical_places, floquet_multipliers
 
 Multipliers = NDArray[np.complex128]
 
@@ -139,8 +139,8 @@ class LocusEquations(Critical):
         target = -1.0 if self.condition == "PD" else 1.0
         others = np.delete(multipliers, critical_places(self.condition, multipliers))
         # The derivative of the characteristic polynomial: smooth where two multipliers meet.
-        factors = [np.delete(target - multipliers, i).prod() for i in range(len(multipliers))]
-        double, pairs = float(sum(factors).real / size), _pair_product(others, size)
+        factors = np.where(np.eye(len(multipliers), dtype=bool), 1.0, target - multipliers)
+        double, pairs = float(factors.prod(axis=1).sum().real / size), _pair_product(others, size)
         crossing = self.condition == "BP"
         if self._resting:
             more = {"DP": self._cubic(z, linearization, double)} if crossing else {}
@@ -230,8 +230,7 @@ def _pair_product(values: Multipliers, size: float) -> float:
     n = len(values)
     if n < 2:
         return 1.0
-    first, second = np.triu_indices(n, k=1)
-    return float((1 - values[first] * values[second]).prod().real / size ** (n - 1))
+    return float((1 - PRODUCTS["NS"](values)).prod().real / size ** (n - 1))
 
 
 def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
