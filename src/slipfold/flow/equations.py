@@ -160,6 +160,8 @@ class Constants:
 
     def repeated(self, count: int) -> Constants:
         """Return each trajectory's coefficients several times, without derivatives."""
+        if self.values.ndim == 1:
+            return self
         return self.rows(np.repeat(np.arange(len(self.values)), count))
 
     @cached_property

@@ -23,7 +23,7 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import floquet_multipliers
+from slipfold.orbits.test_functions import PRODUCTS, floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
@@ -247,14 +247,14 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if not all(map(is_off_circle, (a, b))):
-            return True  # which side of the circle it is on is not known
         change = abs(b.unstable - a.unstable)
+        turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
+        if not (found or change or turned) or not all(map(is_off_circle, (a, b))):
+            return True  # nothing differs, or which side of the circle it is on is not known
         turning = sum(_turns(item) for item in found)
         folds = turning + sum(item.type == "LP" for item in found)
         pairs = sum(item.type in PAIRED for item in found)
         single = len(found) - pairs - turning
-        turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
         if (turning or not _stands(a, b)) and turned != (folds % 2 == 1):
             return False
         return change <= single + 2 * pairs and (change - single) % 2 == 0
@@ -385,6 +385,8 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     slopes = [abs(point.tests["LP"]) for point in (a, b)]
     if max(slopes) <= BIFURCATION.noise:
         return True
+    if min(slopes) > BIFURCATION.turning and not a.curve.orbits.free_phase:
+        return False
     noises = [max(noise_beside_parent(point)[1], slope_noise(point)) for point in (a, b)]
     return any(slope <= noise for slope, noise in zip(slopes, noises, strict=True))
 
@@ -409,9 +411,7 @@ def _off_circle(point: OrbitPoint) -> float:
 
 def _off_pair(point: OrbitPoint) -> float:
     """Return the least distance of a product of two multipliers from one."""
-    values = point.multipliers
-    first, second = np.triu_indices(len(values), k=1)
-    return float(np.abs(1 - values[first] * values[second]).min(initial=np.inf))
+    return float(np.abs(1 - PRODUCTS["NS"](point.multipliers)).min(initial=np.inf))
 
 
 def _has_real_pair(point: OrbitPoint) -> bool:

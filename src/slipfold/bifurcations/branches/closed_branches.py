@@ -103,7 +103,7 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
 
 def _turns(orbits: Orbits) -> Array:
     """Return the length of a revolution of each angle in the difference of the halves."""
-    if orbits.segments == 1 and orbits.kind == "periodic":
+    if not orbits.by.revolves or (orbits.segments == 1 and orbits.kind == "periodic"):
         return orbits.by.angle_periods
     return np.resize(orbits.by.angle_periods, orbits.size // 2) / np.sqrt(orbits.segments)
 
