@@ -50,6 +50,7 @@ BAD = {
     "no K": (lambda: Structure(I2), "no stiffness matrix; give K"),
     "NaN": (lambda: make(K=[[1, 0], [np.nan, 1]]), "entry nan in row 2, column 1"),
     "sparse inf": (lambda: make(K=sparse.csr_array([[np.inf, 0], [0, 1]])), "inf in row 1, col"),
+    "an argument": (lambda: make(forces=HarmonicForce("q1")), "no argument 'forces'; did you mean"),
     "triangle": (
         lambda: make(K=np.tril(K2)),
         "K has one entry of each mirrored pair only: row 1, column 2 is 0, row 2, column 1 is -1; "

@@ -130,7 +130,11 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     wrong = f"has the unit {suffix!r}" if suffix else "is not a number"
     if match is None and _COMMA.match(text):
         wrong = f"has a decimal comma, write {text.strip().replace(',', '.', 1)}"
-    raise InputError(f"{name} = {text!r} {wrong}; give {wanted_text(unit)}")
+    wanted = wanted_text(unit)
+    if suffix.startswith(("*", "+", "-", "^")) or (match is None and "*" in text):
+        wrong = "is a formula"
+        wanted += "; friction that depends on states is a factor of the normal force in a System"
+    raise InputError(f"{name} = {text!r} {wrong}; give {wanted}")
 
 
 def _calculated(text: str, units: Mapping[str, float]) -> float | None:

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from slipfold.arrays import Array, Indices
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.models.definitions.source import Source, source_of_file, source_of_text
 from slipfold.models.friction.contact import Contact
 from slipfold.models.modal_form import ModalForm
@@ -156,6 +156,10 @@ class Structure(MechanicalModel):
         parts = {key: arguments[key] for key in (*_PARTS, *_READING)}
         definition, given = define(parts)
         assembly = assemble(definition)
+        known = {parameter.name for parameter in assembly.parameters}
+        for key, value in values.items():
+            if key not in known and not isinstance(value, float | int | str):
+                raise unknown("a structure has no argument", key, parts)
         notes = (*definition.notes, *assembly.notes)
         self._become(assembly, {**given, **values}, notes)
 
