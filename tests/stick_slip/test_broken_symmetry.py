@@ -86,3 +86,15 @@ def test_orbits_of_broken_symmetry_close_on_the_branch_point_that_they_began_at(
     ends = [item.value for item in whole.special if item.type == "BP"]
     assert [item.value for item in broken.special if item.type == "BP"] == pytest.approx(ends)
     assert len(broken.special) == 10
+
+
+def test_a_mass_that_sticks_beside_an_oscillator_leaves_its_normal_form_alone():
+    own = {"x": "v", "v": "0.4*(1 - x^2)*v - x + F*cos(W*t)"}
+    dry = own | {"y": "w", "w": "R - 2*y - 0.1*w + cos(W*t)"}
+    held = {"R": {"slip": "-w", "normal": "1.0", "friction": sf.Coulomb(mu_k=0.85)}}
+    given = {"parameters": {"W": 1.3, "F": 1.2}, "forcing": {"period": "2*pi/W"}}
+    models = sf.System(states=own, **given), sf.System(states=dry, contacts=held, **given)
+    smooth, found = (sf.response(each, "F", (1.2, 0.9)).branches[0].special[0] for each in models)
+    assert (found.type, found.criticality) == ("NS", "supercritical")
+    assert found.stuck_fraction > 0.1
+    assert found.coefficient == pytest.approx(smooth.coefficient, rel=1e-5)

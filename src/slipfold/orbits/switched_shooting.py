@@ -21,6 +21,9 @@ from slipfold.orbits.shooting import SEGMENTS, Shooting
 DIFFERENCED = 1e-4
 """Step of differences of first derivatives, in scaled states."""
 
+DIFFERENCED_TWICE = 1e-3
+"""That of second differences: rounding of 1e-12 is 1e-6 then, and so is what they leave out."""
+
 Passed = list[tuple[SmoothPhase, Mode]]
 """The smooth phases of a trajectory, each with the mode that follows."""
 
@@ -207,6 +210,21 @@ class SwitchedShooting(Shooting):
             bent.append((sides[0][0] - sides[1][0]) * self.ratios * over)
             by_parameters.append((sides[0][1] - sides[1][1]) * units * over)
         return np.array(bent), np.array(by_parameters)
+
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of ends along vectors, in scaled states: by differences.
+
+        NaN if contacts do something else beside the orbit.
+        """
+        found = list[Array]()
+        for vector in vectors:
+            over = np.linalg.norm(vector) / DIFFERENCED_TWICE
+            sides = [nodes + sign / over * vector * self.scales for sign in (1, 0, -1)]
+            same = len({self.piece(side, constants) for side in sides}) == 1
+            ends = (self.propagate(side, self.start, self.end, constants) for side in sides)
+            plus, middle, minus = ((end[1] * self.ratios) @ vector[..., None] for end in ends)
+            found.append((plus - 2 * middle + minus)[..., 0] * (over**2 if same else np.nan))
+        return np.array(found)
 
     # -- trajectories --------------------------------------------------------------------------
 

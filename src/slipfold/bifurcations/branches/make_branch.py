@@ -98,7 +98,7 @@ def _coefficient(
     orbits: Orbits, point: OrbitPoint, form: str | None
 ) -> tuple[float | None, str | None]:
     """Return coefficient and criticality; None where the higher derivatives do not exist."""
-    if form is None or not orbits.by.smooth:
+    if form is None or (orbits.free_phase and not orbits.by.smooth):
         return None, None
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # along a canard all numbers are left

@@ -99,8 +99,8 @@ class SpecialPoint(LocatedPoint):
             return "no other branch was found to cross here"
         if self.coefficient is None or not np.isfinite(self.coefficient):
             return (
-                "criticality unknown: derivatives of the map overflow, or its digits are lost to "
-                "growth round the orbit"
+                "criticality unknown: contacts change on a cycle or beside the orbit, derivatives "
+                "of the map overflow, or its digits are lost to growth round the orbit"
             )
         return "neither soft nor hard: the coefficient is zero within rounding"
 

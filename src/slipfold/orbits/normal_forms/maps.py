@@ -56,6 +56,10 @@ class _Scaled:
         """Return a matrix in these scales. Shapes: monodromy (n, n)."""
         return monodromy * self.rescaling[:, None] / self.rescaling
 
+    def mapped(self, vector: Array) -> Array:
+        """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
+        return vector * self.rescaling
+
 
 class FieldMap(_Scaled):
     """Jacobian A and multilinear forms B and C of a vector field, per second."""
@@ -253,10 +257,6 @@ class JetMap(_Scaled):
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n,)."""
         return polarized(lambda directions: self.powers(directions)[0], pairs)
-
-    def mapped(self, vector: Array) -> Array:
-        """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
-        return vector * self.rescaling
 
 
 def polarized(

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.linearization import Linearization
-from slipfold.orbits.normal_forms.maps import FORMS, FieldMap, JetMap, ReturnChain, ReturnMap
+from slipfold.orbits.normal_forms.maps import (
+    FORMS,
+    FieldMap,
+    JetMap,
+    ReturnChain,
+    ReturnMap,
+    SegmentMap,
+)
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]
@@ -47,9 +54,11 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     An error of linear algebra says that the map is not known well enough.
     """
     linearization = point.linearization or orbits.linearize(point.z)
-    map_: JetMap | ReturnMap = (
-        ReturnMap(orbits, point.z, orbits.scales) if orbits.free_phase else JetMap(orbits, point.z)
-    )
+    map_: JetMap | ReturnMap | SegmentMap = JetMap(orbits, point.z)
+    if orbits.free_phase:
+        map_ = ReturnMap(orbits, point.z, orbits.scales)
+    elif not orbits.by.smooth:  # jets are of one flow
+        map_ = SegmentMap(orbits, point.z, linearization)
     matrix = map_.rescaled(linearization.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
@@ -79,9 +88,11 @@ def stroboscopic_length(orbits: Orbits, point: OrbitPoint, vector: Vector, ratio
     An orbit of p forcing periods is p points of the stroboscopic map, any of which may be the
     first. Shapes: vector, ratios (n,).
     """
-    lengths = [np.linalg.norm(vector * ratios)]
-    if orbits.period > 1:
-        nodes, phases = orbits.nodes(point.z), orbits.phase + np.arange(1.0, orbits.period)
+    whole = np.ceil(orbits.phase) + np.arange(orbits.period)
+    lengths = [np.linalg.norm(vector * ratios)] if whole[0] == orbits.phase else []
+    phases = whole[len(lengths) :]
+    if len(phases):
+        nodes = orbits.nodes(point.z)
         which, _, matrices, _ = orbits.by.propagate_to(nodes, orbits.constants(point.z), phases)
         vectors = [vector]
         for block in (point.linearization or orbits.linearize(point.z)).factors[:-1]:
