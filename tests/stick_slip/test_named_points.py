@@ -75,6 +75,10 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         assert known < 1e-8
     with pytest.raises(sf.InputError, match=r"contact x of .* sticks for good"):
         sf.response(model, "Ns_x", (6.0, 4.5), settings=SINGLE)
+    (ended,) = sf.response(model, "Ns_x", (4.5, 6.0), settings=SINGLE).branches
+    assert "x of structure sticks for good" in ended.stopped.reason
+    assert ended.parameter[-1] == pytest.approx(1 / MU, abs=ended.special[-1].uncertainty)
+    assert ended.special[-1].uncertainty < 1e-3
 
 
 def test_turns_on_a_floor_begin_to_stick_along_a_locus():

@@ -94,10 +94,3 @@ def test_against_an_integration_from_event_to_event_by_scipy():
 def zero(function):
     function.terminal, function.direction = True, -1
     return function
-
-
-def test_orbits_in_slip_alone_are_not_followed_on_it():
-    with pytest.raises(
-        sf.InputError, match=r"at mu = 0.4 the contact F of system sticks for good, .* begin"
-    ):
-        sf.response(swinging(spring=1.0), "mu", (0.4, 0.5))

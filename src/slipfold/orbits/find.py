@@ -219,15 +219,6 @@ class _Search:
                 f"the motion of {model.name} converges to no cycle: {settlement.message}; give a "
                 "state near one"
             )
-        last = motion.periods
-        for item in motion.sticking.intervals if forced and motion.sticking is not None else ():
-            if item.state == "stick" and item.begin <= last - 1 and item.end >= last:
-                name = "" if item.contact == "contact" else f" {item.contact}"
-                raise InputError(
-                    f"the contact{name} of {model.name} sticks for good, so it may rest "
-                    "anywhere in a range and no orbit stands alone; begin where it slips, or put "
-                    "a stiff spring in its place: what it holds so vibrates as without friction"
-                )
         model, node = motion.model, motion.states[-1]
         if settlement.duration is not None and not forced:
             model = model.replace(duration=settlement.duration)
@@ -238,7 +229,14 @@ class _Search:
         if better is not None:
             node = by.states(node[None], constants, better.start)[0]
             orbits = orbits.described_by(better)
-        orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(node[None], model)))
+        z, by = orbits.unknown(node[None], model), orbits.by
+        found = self._corrected(orbits, z)
+        z = found.z if found.converged else z
+        assert isinstance(by, SwitchedShooting)
+        resting = by.rests(orbits.nodes(z), orbits.constants(z)) if forced else None
+        if resting is not None:
+            raise InputError(resting)
+        orbit = self._as_orbit(orbits, found)
         if self.period > 1:
             hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
             _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).states)

@@ -24,6 +24,15 @@ DIFFERENCED = 1e-4
 DIFFERENCED_TWICE = 1e-3
 """That of second differences: rounding of 1e-12 is 1e-6 then, and so is what they leave out."""
 
+NEUTRAL = 1e-3
+"""Distance of a multiplier from one of an orbit that may rest anywhere: it creeps before."""
+
+RESTING = (
+    "the contact{name} of {model} sticks for good, so it may rest anywhere in a range and no orbit "
+    "stands alone; begin where it slips, or put a stiff spring in its place: what it holds so "
+    "vibrates as without friction"
+)
+
 Passed = list[tuple[SmoothPhase, Mode]]
 """The smooth phases of a trajectory, each with the mode that follows."""
 
@@ -85,6 +94,23 @@ class SwitchedShooting(Shooting):
             _, end, mode = found.pop(0)
             found[-1] = (found[-1][0], end + self.period, mode)
         return found
+
+    def rests(self, nodes: Array, constants: Constants) -> str | None:
+        """Say that a contact sticks for good at any place, None if none does.
+
+        One that slips one way only, on a surface at rest, creeps to rest. Shapes: nodes (m, n).
+        """
+        modes, flow = [mode for *_, mode in self.spans(nodes, constants)], self.switched
+        plate = flow.quantities.at(nodes[0], float(self.start[0]), constants).plate
+        for which, contact in enumerate(flow.contacts):
+            ways, moves = {mode[which] for mode in modes}, any(plate[flow.quantities.places[which]])
+            creeps = ways < {Status.STICK, Status.FORTH, Status.BACK} and len(contact.slip) == 1
+            if Status.STICK in ways and (len(ways) == 1 or (creeps and not moves)):
+                _, blocks, _ = self.propagate(nodes, self.start, self.end, constants)
+                if np.abs(np.linalg.eigvals(blocks[0]) - 1).min() < NEUTRAL:
+                    name = "" if contact.name == "contact" else f" {contact.name}"
+                    return RESTING.format(name=name, model=self.model.name)
+        return None
 
     def grazing_margin(self, nodes: Array, constants: Constants) -> float | None:
         """Return a margin that vanishes where slip in the plane begins or ceases to reach zero.

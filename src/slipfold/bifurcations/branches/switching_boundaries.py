@@ -438,7 +438,14 @@ def beyond_boundary(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitP
             _last_change(traced)
     if traced.end is None or traced.end.kind != BOUNDARY:
         return None
-    beyond = _next_piece(traced)
+    beyond, last = _next_piece(traced), traced.points[-1]
+    by = last.curve.orbits.by
+    assert isinstance(by, SwitchedShooting)
+    resting = by.rests(*_at(last))
+    if resting is not None:
+        traced.points.pop()
+        traced.end = End("limit", resting, traced.end.values)
+        return None
     if beyond is None:
         traced.end = End("failed", traced.end.reason, traced.end.values)
     return beyond
