@@ -164,6 +164,7 @@ def files(path):
     (path / "broken.npz").write_bytes(b"no archive")
     (path / "broken.mtx").write_text("%%MatrixMarket matrix coordinate real general\n2 2 x\n")
     (path / "table.mtx").write_text("1 2\n")
+    (path / "headless.mtx").write_text("%MatrixMarket matrix\n2 2 2\n1 1 5\n2 1 3\n")
     (path / "broken.hb").write_text(BOEING.replace("RSA", "CSA"))
     (path / "broken.mat").write_bytes(b"\0" * 200)
     (path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + b"\0" * 400)
@@ -181,6 +182,7 @@ def files(path):
     ("broken.npz", "cannot be read as a .npz file"),
     ("broken.mtx", "cannot be read as a .mtx file"),
     ("table.mtx", "it has no Matrix Market header and 2 numbers a row"),
+    ("headless.mtx", "its first row is the size of a Matrix Market file, whose header is missing"),
     ("broken.hb", "its type is CSA; real assembled matrices (RSA, RUA) are read"),
     ("broken.mat", "cannot be read as a .mat file"),
     ("new.mat", "MATLAB file of version 7.3"),
