@@ -118,9 +118,7 @@ def test_a_contact_that_sticks_for_good_is_shown_over_a_parameter_that_lets_it_s
     contact = sf.FrictionContact("b", sf.Coulomb(mu_k=0.3), load=2.0, Vd=0.0)
     K, force = 0.05 * np.array([[2, -1], [-1, 1]]), sf.HarmonicForce("a", F=0.2)
     chain = sf.Structure(np.eye(2), K, K, names="a b", f=0.05, contacts=contact, forcing=force)
-    vary, span = first_views.chosen_span(chain)
-    with pytest.raises(sf.InputError, match="sticks for good"):
-        sf.response(chain, vary, span)
+    vary, _ = first_views.chosen_span(chain)
     (found,) = screened(chain, vary)
     assert sf.periodic_orbit(chain.replace(**{found["vary"]: found["value"]})).period == 1
 
