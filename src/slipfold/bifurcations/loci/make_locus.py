@@ -12,7 +12,7 @@ from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.make_branch import curve_fields, evenly, point_fields
 from slipfold.bifurcations.loci.locus import Locus, LocusPoint
 from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
-from slipfold.bifurcations.loci.special_points import STANDING_STILL, tests_of
+from slipfold.bifurcations.loci.special_points import STANDING_STILL, on_branch_points, tests_of
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, TracedCurve
@@ -103,6 +103,12 @@ def _coefficients(curve: LocusEquations, point: OrbitPoint, kind: str) -> dict[s
 def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
     """How far the point moves when orbit and derivatives are integrated again with other steps."""
     point = found.point
+    if curve.condition == "LP" and found.type == "LPBP":
+        test = "BT" if curve.orbits.kind == "equilibrium" else "R1"
+        if regular := on_branch_points(found, curve, test):
+            own, there = _uncertainty(*regular), pair_of(regular[0], regular[1].point)
+            first, second = np.add(own, np.abs(np.subtract(there, pair_of(curve, point))))
+            return float(first), float(second)
     if found.type in TWO_PAIRS:  # the equations may mean either pair: neither may be parallel
         first, second = curve.pair_tangents(point.z)
         both = first + (1 if first @ second > 0 else -1) * second

@@ -22,18 +22,21 @@ from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.test_functions import critical_places
 
 
-def degenerate_pitchfork(found: Found[OrbitPoint], curve: LocusEquations) -> Found[OrbitPoint]:
-    """Return a degenerate pitchfork at the end of folds as the locus of branch points has it.
+def on_branch_points(
+    found: Found[OrbitPoint], curve: LocusEquations, test: str
+) -> tuple[LocusEquations, Found[OrbitPoint]] | None:
+    """Return where folds meet branch points as the locus of branch points has it, if it shows it.
 
-    At their end the equations of folds hold along the branch points as well, and rounding decides
-    how far they lead on. It is returned as it was found where that locus does not show it.
+    There the equations of folds are singular, or hold along the branch points as well: rounding
+    decides how far they lead on, and whether they can be solved again.
     """
     crossing = LocusEquations(curve.orbits, "BP")
     try:
         known = _branch_point(crossing, found.point)
-        return found if known is None else _zero(crossing, known) or found
+        there = None if known is None else _zero(crossing, known, test)
     except BREAKDOWNS:
-        return found
+        return None
+    return None if there is None else (crossing, replace(there, type=found.type))
 
 
 def has_branch_point(curve: LocusEquations, point: OrbitPoint) -> bool:
@@ -53,9 +56,9 @@ def _branch_point(crossing: LocusEquations, point: OrbitPoint) -> OrbitPoint | N
     return crossing.point(start, point.arclength) if start.converged else None
 
 
-def _zero(curve: LocusEquations, known: OrbitPoint) -> Found[OrbitPoint] | None:
-    """Return the zero of the cubic coefficient near a branch point, by secants."""
-    places, values, place = [0.0], [known.tests["DP"]], RULES.first_secant
+def _zero(curve: LocusEquations, known: OrbitPoint, test: str) -> Found[OrbitPoint] | None:
+    """Return the zero of a test function near a branch point, by secants."""
+    places, values, place = [0.0], [known.tests[test]], RULES.first_secant
     for _ in range(RULES.secants):
         guess = known.z + place * known.tangent
         correction = correct(curve, guess, known.tangent)
@@ -63,13 +66,13 @@ def _zero(curve: LocusEquations, known: OrbitPoint) -> Found[OrbitPoint] | None:
             return None
         point = curve.point(correction, known.arclength)
         places.append(place)
-        values.append(point.tests["DP"])
+        values.append(point.tests[test])
         slope = (values[-1] - values[-2]) / (places[-1] - places[-2])
         if not (np.isfinite(slope) and slope):
             return None
         step = -values[-1] / slope
         if abs(step) < RULES.close or values[-1] == 0.0:
-            return Found("DP", point, slope)
+            return Found(test, point, slope)
         place += step
         if not abs(place) < RULES.branch_points:
             return None
@@ -132,7 +135,9 @@ class SpecialPoints(Zeros[OrbitPoint]):
         ]
         turns = [item for item in found if item.type == "DP"]
         if curve.condition == "LP" and turns:
-            turn, last = degenerate_pitchfork(turns[0], curve), turns[0].point
+            turn, last = turns[0], turns[0].point
+            if exact := on_branch_points(turn, curve, "DP"):
+                turn = exact[1]
             found = [turn if item is turns[0] else item for item in found]
             there = turn.point
             last = replace(
