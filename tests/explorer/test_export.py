@@ -167,9 +167,13 @@ def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):
 
 FILES = Path(__file__).parent.glob("models/*.toml")
 MODELS = dict.fromkeys(built_in_models()) | {item.stem: item for item in sorted(FILES)}
+OFTEN = ("duffing", "stuart-landau", "pin-on-disc", "mathieu", "sliding", "chain")
+"""Folds of a response, a Hopf point, squeal, a parametric excitation, structures."""
+
+EACH = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.long) for n in MODELS]
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", EACH)
 def test_copies_of_every_model_give_its_numbers_to_all_digits(name, tmp_path, monkeypatch, capsys):
     text = MODELS[name].read_text() if MODELS[name] else None
     model = built_in_models()[name]() if text is None else model_of_text(text)
@@ -296,12 +300,6 @@ def test_a_sweep_is_no_file(exported):
             exported(view, form)
 
 
-OFTEN = ("duffing", "stuart-landau", "pin-on-disc", "mathieu")
-"""Folds of a response, a Hopf point, squeal, and a parametric excitation."""
-
-FIRST = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.long) for n in MODELS]
-
-
 def first_view(name):
     """What the page shows of a model at first, and its plane."""
     own = MODELS[name] and MODELS[name].read_text()
@@ -314,7 +312,7 @@ def first_view(name):
     return {**whole, **view}, {**whole, **(described["plane"] or usual)}
 
 
-@pytest.mark.parametrize("name", FIRST)
+@pytest.mark.parametrize("name", EACH)
 def test_copied_python_of_a_first_view_gives_its_numbers(name, tmp_path, monkeypatch, capsys):
     view = {"kind": "diagram", **first_view(name)[0]}
     export = exporting(None)
