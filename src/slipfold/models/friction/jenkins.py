@@ -55,14 +55,15 @@ class Jenkins(MemoryLaw):
     so that \|z\| stays below 1 whatever the slip and the normal force do, and a contact unloads
     with the stiffness of the spring. The maximum is rounded off as :math:`(x + \sqrt{x^2 +
     \delta^2})/2` with :math:`\delta = k_t \varepsilon/(N \mu_k)`. In the plane z and v are
-    vectors. The law is that of Bouc and Wen with b = c, with the limit following the normal force;
-    as the exponent n grows it tends to the sharp element. The relative error of the force is of
-    order 1/n at the knee and of order :math:`1/n^2` over a cycle: at an amplitude of four times
-    that of first slip and a small e the error of the energy of a cycle is 0.34% for n = 8 and
-    0.094% for n = 16. In steady slip it is :math:`(\varepsilon/v)^2/(4 n)`. A stiff contact and a
-    large exponent take more time: the fastest rate is :math:`n k_t v/(N \mu_k)`. A hundredth of the
-    largest slip speed is a good value of `e`; smaller ones make a sharp corner where the slip
-    reverses, and there a branch may fail.
+    vectors. A ten-thousandth of the fading acts at any z, so that a contact at rest has one
+    equilibrium; there z decays at the rate :math:`5 \cdot 10^{-5} \delta`. The law is that of Bouc
+    and Wen with b = c, with the limit following the normal force; as the exponent n grows it tends
+    to the sharp element. The relative error of the force is of order 1/n at the knee and of order
+    :math:`1/n^2` over a cycle: at an amplitude of four times that of first slip and a small e the
+    error of the energy of a cycle is 0.34% for n = 8 and 0.094% for n = 16. In steady slip it is
+    :math:`(\varepsilon/v)^2/(4 n)`. A stiff contact and a large exponent take more time: the
+    fastest rate is :math:`n k_t v/(N \mu_k)`. A hundredth of the largest slip speed is a good value
+    of `e`; smaller ones make a sharp corner where the slip reverses, and there a branch may fail.
 
     References
     ----------
