@@ -35,7 +35,7 @@ def test_every_kind_of_integration():
     def integrate(seed):
         rng = np.random.default_rng(seed)
         found = []
-        for _ in range(20):
+        for _ in range(8):
             states, start = rng.normal(size=(2, 2)), rng.uniform(size=2)
             path = states, start, start + 0.5, constants
             found += [

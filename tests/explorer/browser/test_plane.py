@@ -196,29 +196,21 @@ def test_lines_under_way_stay_when_the_view_changes_elsewhere(new_tab):
     expect(mark).to_be_hidden()
 
 
-def test_it_is_put_away_and_comes_back(new_tab):
-    never_done = new_tab.holding(lambda answer: answer["kind"] == "plane")
+def test_what_is_stopped_is_unfinished_and_is_put_away(new_tab):
+    never_done = new_tab.holding(lambda answer: answer["kind"] == "plane" and answer["done"])
     never_done.is_on = True
-    explorer = new_tab.open("model=duffing")
+    explorer = new_tab.open("model=sliding")
     switch = explorer.page.get_by_role("button", name="Plane", exact=True)
     expect(explorer.page.locator("#plane")).to_be_hidden()
     switch.click()
     expect(explorer.page.locator("#plane")).to_be_visible()
     expect(switch).to_have_attribute("aria-pressed", "true")
-    explorer.page.get_by_role("button", name="Stop").click()
-    expect(explorer.page.locator(".progress")).to_contain_text("Stopped")
-    switch.click()
-    expect(explorer.page.locator("#plane")).to_be_hidden()
-
-
-def test_what_is_stopped_is_unfinished(new_tab):
-    never_done = new_tab.holding(lambda answer: answer["kind"] == "plane" and answer["done"])
-    never_done.is_on = True
-    explorer = new_tab.open("model=sliding", plane=True)
     expect(legend(explorer).first).to_be_visible()
     explorer.page.locator(".progress").get_by_role("button", name="Stop").click()
     message = "Stopped; the bifurcation set is unfinished."
     expect(explorer.page.locator(".progress [role=status]")).to_have_text(message)
+    switch.click()
+    expect(explorer.page.locator("#plane")).to_be_hidden()
 
 
 SHADES = """async (combinations) => {
