@@ -83,6 +83,7 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     assert page.locator("header select").input_value() == "duffing"
 
 
+@pytest.mark.long
 def test_the_file_of_the_server_is_read_again(brake, brake_file):
     brake.open("model=brake")
     page = brake.page
