@@ -173,7 +173,8 @@ export class BasinsPanel {
     this.#clear();
     this.#working("Computing the basins…");
     this.#timer = setTimeout(() => {
-      this.#advice = SLOW;
+      const others = this.#session.requests.meanwhile("basins");
+      this.#advice = others ? ` Computed meanwhile, and perhaps first: ${others}.` : SLOW;
       this.#working("Computing the basins…");
     }, PATIENCE);
     this.#session.ask(request, (answer) => this.#take(answer), () => this.#ask());

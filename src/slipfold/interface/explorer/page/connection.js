@@ -145,9 +145,11 @@ export class Requests {
     return Boolean(this.#lines.get(`${kind} ${slot}`)?.sent);
   }
 
-  /** What is being computed, by kind. */
-  get busy() {
-    return [...new Set([...this.#lines.values()].flatMap(({ sent }) => sent?.request.kind ?? []))];
+  /** What is being computed besides one kind, in words; empty if nothing is. */
+  meanwhile(besides = "") {
+    const kinds = new Set([...this.#lines.values()].flatMap(({ sent }) => sent?.request.kind ?? []));
+    kinds.delete(besides);
+    return new Intl.ListFormat("en").format([...kinds].map((kind) => `the ${kind}`));
   }
 
   #send(line) {

@@ -60,7 +60,7 @@ function build(models, study, { view: given, sentence }) {
   const dialog = new TextDialog();
   const announcer = new Announcer(session);
   const say = (...sentence) => notices.say(...sentence);
-  const page = { dialog, say, busy: () => session.requests.busy };
+  const page = { dialog, say, meanwhile: () => session.requests.meanwhile() };
   const measurements = new Measurements(session);
   const sweep = new Sweep(session);
   const diagram = new DiagramPlot(session, measurements, sweep);

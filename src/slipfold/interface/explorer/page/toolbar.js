@@ -85,15 +85,15 @@ export class ExportMenu {
   #name;
   #say;
   #dialog;
-  #busy;
+  #meanwhile;
 
   /** @param {string} name of the files, e.g. `"diagram"` */
-  constructor(name, source, { dialog, say, busy }) {
+  constructor(name, source, { dialog, say, meanwhile }) {
     this.#source = source;
     this.#name = name;
     this.#dialog = dialog;
     this.#say = say;
-    this.#busy = busy;
+    this.#meanwhile = meanwhile;
     const item = (text, act) => button(text, () => this.#act(act), { role: "menuitem" });
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
       ...(source.table ? [] : [item("Copy as Python", () => this.#text("python", "Python"))]),
@@ -147,7 +147,7 @@ export class ExportMenu {
 
   /** Have the server make something; while that lasts, say so, and what else takes its time. */
   async #made(format, what) {
-    const others = new Intl.ListFormat("en").format(this.#busy().map((kind) => `the ${kind}`));
+    const others = this.#meanwhile();
     this.#say(`Making ${what}${others && `; computed meanwhile: ${others}`}…`, true);
     const [pins, measurements] = [this.#source.pins?.() ?? [], this.#source.measurements?.() ?? null];
     return exported(this.#source.request(), format, { pins, measurements });
