@@ -153,11 +153,11 @@ def multiplier_differences(values: Complex, others: Complex) -> Array:
     """Return the distance of each multiplier from its counterpart, shape (n,)."""
     if not (np.isfinite(values).all() and np.isfinite(others).all()):
         return np.full(len(values), np.nan)
-    rest, distances = list(others), []
-    for value in values:
-        own = _mean_near(value, values)
-        nearest = int(np.argmin(np.abs(np.array(rest) - own)))
-        distances.append(abs(_mean_near(rest.pop(nearest), others) - own))
+    means, distances, left = _means_near(others), [], np.zeros(len(others))
+    for value in _means_near(values):
+        nearest = int(np.argmin(np.abs(others - value) + left))
+        distances.append(abs(means[nearest] - value))
+        left[nearest] = np.inf
     return np.array(distances)
 
 
@@ -203,8 +203,9 @@ def _groups(turn: Array, before: Array, growth: Array) -> tuple[list[slice], Arr
     return [slice(first, last) for first, last in pairwise([0, *inner.tolist(), n])], below
 
 
-def _mean_near(value: complex, values: Complex) -> complex:
-    return complex(values[np.abs(values - value) < QR.double].mean())
+def _means_near(values: Complex) -> Complex:
+    near = np.abs(values[:, None] - values) < QR.double
+    return np.asarray((near @ values) / near.sum(axis=1))
 
 
 class Multipliers:
