@@ -78,6 +78,9 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
     (ended,) = sf.response(model, "Ns_x", (4.5, 6.0), settings=SINGLE).branches
     assert "x of structure sticks for good" in ended.stopped.reason
     assert ended.parameter[-1] == pytest.approx(1 / MU, abs=1e-4)  # residuals are 1e-10: its root
+    seen = sf.measure(model, "f", [0.127, 0.13], ["max x"])
+    with pytest.raises(sf.InputError, match="only contacts that always slip one way"):
+        sf.fit(model, seen, {"Ns_x": (3.0, 4.0)})
 
 
 def test_turns_on_a_floor_begin_to_stick_along_a_locus():

@@ -34,6 +34,8 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
+SLIPS = "only contacts that always slip one way are followed here; give Regularized(law, e=...)"
+
 WORST = 1e8
 """Condition number above which the first value of the parameter is a fold or branch point."""
 
@@ -167,9 +169,11 @@ class FirstOrbit:
             row = hold_parameter(orbits.size) * np.sign(other - value)
             correction = correct(orbits, correction.z, row)
         if not correction.converged:
+            slips = not self._through_stick and contacts_of(model)
+            advice = model.advice or (SLIPS if slips else "start the span elsewhere")
             raise InputError(
                 f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-                f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
+                f"{correction.failure}; {advice}"
             )
         return orbits, _first_point(orbits, correction, value)
 
