@@ -70,7 +70,8 @@ def test_a_plane_with_a_pulsating_force():
     assert same_motions(model, structure, 4, [0.5, 0.3, 0.2, 0.1]) == {"stick", "slip"}
 
 
-def test_a_contact_that_opens():
+@pytest.mark.parametrize("speed", [0.3, 0.0])  # a belt, a floor
+def test_a_contact_that_opens(speed):
     model = sf.System(
         parameters={"f": 0.2},
         states={
@@ -79,11 +80,11 @@ def test_a_contact_that_opens():
             "vx": "F + 0.3*cos(2*pi*f*t) - x - 0.1*vx",
             "vy": "F_normal + 2*cos(2*pi*f*t) - y - 0.1*vy",
         },
-        contacts={"F": {"slip": "0.3 - vx", "normal": "0.5 - 4*y"}},
+        contacts={"F": {"slip": f"{speed} - vx", "normal": "0.5 - 4*y"}},
         forcing={"period": "1/f"},
     )
     load = sf.ContactLoad(normal="y", Ns=0.5, kn=4.0)
-    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=0.5, mu_k=0.5), load, Vd=0.3)
+    contact = sf.FrictionContact("x", sf.Coulomb(mu_s=0.5, mu_k=0.5), load, Vd=speed)
     forces = [sf.HarmonicForce("y", F=2.0, name="across"), sf.HarmonicForce("x", F=0.3)]
     structure = sf.Structure(
         np.eye(2), 0.1 * np.eye(2), np.eye(2), names="x y", contacts=contact, forcing=forces, f=0.2

@@ -138,15 +138,13 @@ def starts_in_slip(model: Model, start: Array) -> bool:
 def limits_are_defined(model: Model, starts: Array, constants: Constants) -> bool:
     """Whether trajectories in slip report where their contacts reach their limits.
 
-    Over the speed of a floor at rest slip is infinite, and no limit can be followed. Shapes: starts
-    (m, n); constants of the model or of m like it.
+    A floor that rests or swings has none, and over the speed of one at rest slip is infinite.
+    Shapes: starts (m, n); constants of the model or of m like it.
     """
-    contacts = contacts_of(model)
-    if not contacts:
+    if not contacts_of(model):
         return True
-    return all(contact.limits for contact in contacts) and bool(
-        np.isfinite(_limits_at(model, starts, constants)[0]).all()
-    )
+    defined = np.isfinite(_limits_at(model, starts, constants)[0])
+    return not model.resting and bool(defined.all())
 
 
 def _limits_at(model: Model, starts: Array, constants: Constants) -> tuple[Array, Array]:

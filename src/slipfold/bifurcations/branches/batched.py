@@ -36,7 +36,6 @@ from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
 from slipfold.flow.flow import flow_of
-from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -131,8 +130,7 @@ def follow_batch(
 
 def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
     """Return the explicit steps for a kind of models; None if these or settings forbid them."""
-    slips = all(contact.limits for contact in contacts_of(model))
-    if not model.forced or not slips or np.any(model.angle_periods):
+    if not model.forced or model.resting or np.any(model.angle_periods):
         return None
     steps = settings.steps
     allowed = (

@@ -208,8 +208,7 @@ def possible_types(model: Model) -> tuple[str, ...]:
     >>> possible_types(model_named("sliding"))
     ('LP', 'PD', 'NS', 'BP', 'GRAZE', 'LIFT', 'STICK')
     """
-    may_stick = any(contact.limits for contact in contacts_of(model))
-    missing = {*(() if may_stick else MET), *(("HB",) if model.forced else ())}
+    missing = {*(() if contacts_of(model) else MET), *(("HB",) if model.forced else ())}
     return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
 
 
