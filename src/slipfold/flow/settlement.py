@@ -285,24 +285,24 @@ def _advice(periods: int) -> str:
 
 
 def judge_changes(
-    changes: Sequence[ModeChange], scales: Array, tolerance: float, unit: float, time: float
+    model: Model, changes: Sequence[ModeChange], tolerance: float, time: float
 ) -> Settlement:
-    """Judge from the last changes of contacts whether a trajectory repeats itself.
+    """Judge from the last changes of contacts whether an autonomous trajectory repeats itself.
 
-    The last rounds of a cycle must have the same modes in the same order. `unit` is the duration
-    of a phase. Shapes: scales (n,).
+    The last rounds of a cycle must have the same modes in the same order.
     """
     for length in range(1, min(CONVERGENCE.max_changes, len(changes) // CONVERGENCE.rounds) + 1):
         last = changes[-CONVERGENCE.rounds * length :]
         if any(last[i].mode != last[i + length].mode for i in range(len(last) - length)):
             continue
-        scaled = np.array([change.state for change in last]) / scales
-        apart = np.abs(scaled[length:] - scaled[:-length]).reshape(CONVERGENCE.rounds - 1, -1)
+        states = np.array([change.state for change in last])
+        apart = np.abs(wrap_angles(states[length:] - states[:-length], model.angle_periods))
+        apart = (apart / model.state_scales()).reshape(CONVERGENCE.rounds - 1, -1)
         first, middle, drift = apart.max(axis=1).tolist()
         trend = Trend(length, drift, (first, middle, drift), length)
         if not (drift <= tolerance and trend.distance <= tolerance):
             continue
-        duration = (last[-1].time - last[-1 - length].time) * unit
+        duration = (last[-1].time - last[-1 - length].time) * model.values["duration"]
         message = f"settled on {_cycle_text(duration)} with stick and slip; {_repeats(trend)}"
         rate = None if trend.rate is None else drift / first
         return Settlement(True, 1, drift, rate, message, duration=duration, kind="cycle")

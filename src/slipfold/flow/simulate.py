@@ -35,7 +35,7 @@ from slipfold.flow.settlement import (
     not_converged,
 )
 from slipfold.flow.trajectory import Sticking, Trajectory
-from slipfold.models.angles import count_revolutions, revolutions_by_name
+from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.units import parse_quantity
@@ -143,8 +143,7 @@ def limits_are_defined(model: Model, starts: Array, constants: Constants) -> boo
     """
     if not contacts_of(model):
         return True
-    defined = np.isfinite(_limits_at(model, starts, constants)[0])
-    return not model.resting and bool(defined.all())
+    return not model.resting and bool(np.isfinite(_limits_at(model, starts, constants)[0]).all())
 
 
 def _limits_at(model: Model, starts: Array, constants: Constants) -> tuple[Array, Array]:
@@ -224,6 +223,20 @@ class Integration(ABC):
             result = self.result(tolerance)
         return result
 
+    @abstractmethod
+    def _after(self, length: float) -> Array:
+        """Return the state after so many more periods, shape (n,)."""
+
+    def _with_revolutions(self, result: Settlement) -> Settlement:
+        """Add the revolutions of angles in a response or a cycle."""
+        if result.kind in (None, "equilibrium") or not self.model.angle_periods.any():
+            return result
+        length = (result.duration or 0.0) / self.constants.period or float(result.period or 1)
+        counts = count_revolutions(self._after(length) - self.states[-1], self.model.angle_periods)
+        revolutions = revolutions_by_name(self.model.states, counts)
+        message = "; ".join(filter(None, [result.message, revolutions_text(revolutions)]))
+        return replace(result, message=message, revolutions=revolutions)
+
     def _ended_early(self, stop: GuardStop) -> Settlement:
         return not_converged(f"not settled: ended after {stop.time:.6g} s, {stop.reason}")
 
@@ -301,11 +314,9 @@ class SmoothIntegration(Integration):
         elif model.forced:
             scales, periods = model.state_scales(), model.angle_periods
             result = judge_settlement(self.states, scales, tolerance, periods)
-            result = self._with_revolutions(result, result.period)
         else:
             result = judge_autonomous(model, self.states, tolerance)
-            length = result.duration and result.duration / self.constants.period
-            result = self._with_revolutions(result, length)
+        result = self._with_revolutions(result)
         message = result.message
         if self._pushed and stop is None:
             message += self._pushed_text()
@@ -317,16 +328,9 @@ class SmoothIntegration(Integration):
             )
         return replace(result, message=message)
 
-    def _with_revolutions(self, result: Settlement, length: float | None) -> Settlement:
-        """Add the revolutions of angles in a response of that many periods."""
-        if length is None or not self.model.angle_periods.any():
-            return result
+    def _after(self, length: float) -> Array:
         start, zero = self.states[-1:], np.zeros(1)
-        (end,) = flow_of(self.model).advance(start, zero, zero + length, self.constants)
-        counts = count_revolutions(end - start[0], self.model.angle_periods)
-        revolutions = revolutions_by_name(self.model.states, counts)
-        message = "; ".join(filter(None, [result.message, revolutions_text(revolutions)]))
-        return replace(result, message=message, revolutions=revolutions)
+        return flow_of(self.model).advance(start, zero, zero + length, self.constants)[0]
 
     def _pushed_text(self) -> str:
         if self._pushed[0] == 0:
@@ -399,6 +403,7 @@ class HybridIntegration(Integration):
                 time = (done + broken.stop.time) * self.constants.period
                 self.stopped = replace(broken.stop, time=time)
                 return
+            state = wrap_angles(state, self.model.angle_periods)
             self.modes.append(mode)
             self._states.append(state)
             on_progress()
@@ -409,19 +414,25 @@ class HybridIntegration(Integration):
         if self.stopped is not None:
             return self._ended_early(self.stopped)
         if model.forced:
-            return judge_settlement(self.states, scales, tolerance)
+            result = judge_settlement(self.states, scales, tolerance, model.angle_periods)
+            return self._with_revolutions(result)
         changes, mode, state = self.recorder.changes, self.modes[-1], self._states[-1]
         since = math.ceil(changes[-1].time) if changes else 0
         slips = all(status in (Status.FORTH, Status.BACK) for status in mode)
         if 2 * since < self.periods and slips:
-            return judge_autonomous(model, self.states[since:], tolerance)
+            return self._with_revolutions(judge_autonomous(model, self.states[since:], tolerance))
         rates = self.flow.of(mode).rates(state[None], np.zeros(1), self.constants)[0]
         sticks = all(status is Status.STICK for status in mode)
         if sticks and np.abs(rates / scales).max() <= ROUNDING:
             message = "settled on an equilibrium in which all contacts stick"
             return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
-        time = self.periods * self.constants.period
-        return judge_changes(changes, scales, tolerance, self.constants.period, time)
+        return self._with_revolutions(judge_changes(model, changes, tolerance, self.time))
+
+    def _after(self, length: float) -> Array:
+        state = self._states[-1]
+        for part, _ in smooth_phases(self.system, self.modes[-1], state, length):
+            state = part.state
+        return state
 
     def result(self, tolerance: float) -> Trajectory:
         """Return the trajectory so far, as data, with what its contacts did."""
