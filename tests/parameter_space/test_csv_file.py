@@ -53,7 +53,7 @@ def test_what_is_written_is_read_back_to_the_last_digit(tmp_path):
         ("f [Hz],max y\n", "holds no measurements"),
         ("f [Hz]\n1\n", "holds no measurements besides f"),
         ("q [Hz],max y\n1,2\n", "sliding has no parameter 'q'"),
-        ("f,max y\n1,2\n", "'f' has no unit; write f .Hz., or one of Hz, kHz, mHz"),
+        ("f,max y\n1,2\n", "'f' has no unit; write f .Hz., or one of GHz, Hz, MHz, kHz, mHz"),
         ("f [rpm],max y\n1,2\n", "has the unit 'rpm'"),
         ("f [Hz],largest y\n1,2\n", "does not say what is measured"),
         ("f [Hz],max z\n1,2\n", "sliding has no output 'z'"),

@@ -159,7 +159,7 @@ def test_a_chain_on_a_belt_is_an_array():
         (('normal = "N", ', ""), "contacts.F has no normal; give e.g. F = {"),
         (('"Coulomb"', '"Coulom"'), "did you mean Coulomb?"),
         (('"Coulomb"', '"LuGre"'), "'LuGre', not a law that sticks"),
-        (('mu_k = "mu"', 'mu_k = "v"'), "mu_k of the contact F depends on the state v"),
+        (('mu_k = "mu"', 'mu_k = "v"'), "a factor of friction that varies in normal"),
         (('mu_k = "mu"', 'mu_k = "2*mu"'), "friction of F: mu_s = 0.6 is below mu_k = 0.8"),
         (('mu_k = "mu"', 'nu_k = "mu"'), "friction has no entry 'nu_k'; did you mean mu_k?"),
         (('mu_k = "mu"', 'mu_k = "-1"'), "friction of F: mu_k = -1 is outside its bounds"),
@@ -208,7 +208,7 @@ def test_orbits_are_not_followed_on_a_wall():
         sf.System.from_toml(BELT).replace(Vd=0.0),
         sf.System.from_toml(BELT.replace("Vd - v", "-v")),
     ):
-        with pytest.raises(sf.InputError, match="the moving surface of the contact F is at rest"):
+        with pytest.raises(sf.InputError, match="the slip of the contact F is zero or swings"):
             sf.response(model, "mu", (0.1, 0.2))
 
 

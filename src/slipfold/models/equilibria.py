@@ -25,8 +25,8 @@ def check_followed(model: Model) -> None:
             ) from None
     for name in model.resting:
         raise InputError(
-            f"the moving surface of the contact {name} is at rest or swings, so nothing slides on "
-            "it steadily; let it move at a constant speed, or simulate"
+            f"the slip of the contact {name} is zero or swings where states are zero; "
+            "count states from steady sliding, whose speed is then in it, as in Vd - v, or simulate"
         )
 
 

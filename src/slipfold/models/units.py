@@ -17,13 +17,13 @@ _UNITS: dict[str, dict[str, float]] = {
     "": {"%": 1e-2},
     "rad": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
     "rad/s": {"rad/s": 1.0, "rpm": math.pi / 30},
-    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
-    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
-    "Hz": {"Hz": 1.0, "kHz": 1e3, "mHz": 1e-3},
-    "s": {"s": 1.0, "ms": 1e-3},
-    "kg": {"kg": 1.0, "g": 1e-3},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9},
+    "N": {"N": 1.0, "uN": 1e-6, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
+    "Hz": {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "kg": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
-    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6},
 }
 """Units in which a quantity may be given, and their factors, by its SI unit."""
 

@@ -406,9 +406,10 @@ class _Formulas:
             if name not in fixed:
                 other = "the time" if name == TIME else "the formula"
                 kind = "the state" if name in self._known["the states"] else other
+                factor = ", and a factor of friction that varies in normal" * (path != PERIOD)
                 message = (
                     f"{what} depends on {kind} {name}, but must be known before the trajectory; "
-                    "give it in parameters"
+                    f"give it in parameters{factor}"
                 )
                 raise self.error(path, FormulaError(message, position, len(name)))
 

@@ -117,9 +117,9 @@ FUNCTIONS: dict[str, Function] = {
 }
 
 _CORNER = (
-    "is not smooth, and flows and their derivatives need smooth rates; write tanh(x/e) for a sign "
-    "or sqrt(x^2 + e^2) for a modulus with a small e, or the formula of one side with an entry in "
-    "[limits] where that side ends"
+    "is not smooth, and flows and their derivatives need smooth rates; write tanh(x/e) for a sign, "
+    "sqrt(x^2 + e^2) for a modulus or (x + sqrt(x^2 + e^2))/2 for a gap with a small e, or the "
+    "formula of one side with an entry in [limits] where that side ends"
 )
 
 _DRY = (
