@@ -302,9 +302,10 @@ class WholeMatrix(SquareMatrix):
     def _inverse(self) -> Array:
         """Inverse, NaN if there is none."""
         try:
-            return np.asarray(np.linalg.inv(self.matrix), dtype=float)
+            inverse = np.asarray(np.linalg.inv(self.matrix), dtype=float)
         except np.linalg.LinAlgError:
             return np.full_like(self.matrix, np.nan)
+        return inverse if np.isfinite(inverse).all() else np.full_like(inverse, np.nan)
 
     def solve(self, right: Array) -> Array:
         """Return the solution for a right-hand side, NaN if the matrix is singular."""

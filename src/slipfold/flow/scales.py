@@ -72,7 +72,7 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     weak = SCALES.weak * np.where(np.equal(typical, 0), 1.0, typical)
     # The decay of a state that does not act back bounds its scale.
     lasting = np.maximum(weak, (loops != loops[:, None]) * own[:, None])
-    with np.errstate(divide="ignore", over="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         back = np.where(entries > 0, lasting**2 / entries, 0.0).T
     entries = np.maximum(entries, back)
     for _ in range(60):  # a chain of a hundred states needs no more

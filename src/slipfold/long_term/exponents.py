@@ -564,11 +564,11 @@ def _estimate(growth: Growth) -> ExponentEstimate:
     rates = growth.logarithms
     half = len(rates) // 2
     later = average(rates[half:])
-    earlier = bump(half - half // 2) @ rates[half // 2 : half]
     values, errors = later.values, later.errors
-    fading = np.abs(values) < EXPONENTS.fading * np.abs(earlier)
-    fading &= np.abs(values) > EXPONENTS.sure * errors  # else it is known to be zero so far
     with np.errstate(invalid="ignore"):  # of what is minus infinity
+        earlier = bump(half - half // 2) @ rates[half // 2 : half]
+        fading = np.abs(values) < EXPONENTS.fading * np.abs(earlier)
+        fading &= np.abs(values) > EXPONENTS.sure * errors  # else it is known to be zero so far
         errors = np.where(fading, np.fmax(errors, np.abs(earlier - values)), errors)
     order = np.argsort(-values, kind="stable")
     return ExponentEstimate(growth.periods, values[order], errors[order])
