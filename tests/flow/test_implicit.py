@@ -122,6 +122,15 @@ def test_it_ends_where_a_limit_is_met(follower):
     assert motion.polynomials.times[-1] == motion.phase
 
 
+def test_beside_a_fast_decay_scales_are_those_of_the_motion():
+    model = sf.System(
+        parameters={"W": 1.0, "K": 1e8},
+        states={"x": "v", "v": "cos(W*t) - z - 0.2*v - 0.2*x^3", "z": "K*(x + 0.1*x^2 - z)"},
+        forcing={"period": "2*pi/W"},
+    )
+    assert sf.simulate(model, 60).settlement.period == 1
+
+
 def test_decay_onto_the_motion_is_resolved(follower):
     motion = implicit_trajectory(follower.field, np.array([2.0]), 0.0, 1.0)
     phase = 3e-6

@@ -439,8 +439,7 @@ class _View:
     def _around(self, state: Array) -> tuple[Array, Array]:
         """Return rates over a period at a state, (p, n), and mean moduli of their derivatives."""
         states = np.tile(state, (len(PHASES), 1))
-        rates = self.flow.rates(states, PHASES, self.constants)
-        jacobians = self._jacobians(states)
+        rates, jacobians = self.flow.rates(states, PHASES, self.constants), self._jacobians(states)
         if self.slow is not None:
             rates, jacobians = rates @ self.slow.T, self.slow @ jacobians
         return rates, np.asarray(np.abs(jacobians).mean(axis=0))
@@ -522,7 +521,8 @@ class _View:
         An integrator of many states takes longer to compile than all orbits by modes.
         """
         if not modes_serve(self.model):
-            return self.flow.trajectory(self.rest, constants, grid, patient=False)
+            stiff = self.flow.is_stiff(self.rest, constants)
+            return self.flow.trajectory(self.rest, constants, grid, patient=stiff)
         from scipy.integrate import LSODA  # takes a while to load
 
         field = Field(self.flow, constants, constants.scales, [], LinearPart())
