@@ -279,8 +279,8 @@ def _advice(periods: int) -> str:
         advice = 5 * CONVERGENCE.short
         return f"so short a run cannot distinguish a transient from a torus: simulate {advice}"
     return (
-        "a torus, chaos, a period above 8 or a very slow transient: look at the stroboscopic "
-        f"states, or simulate {10 * periods}"
+        "a torus, chaos, a period above 8, a very slow transient, or an angle that revolves and is "
+        f"not declared: look at the stroboscopic states, or simulate {10 * periods}"
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.bifurcations.loci.window import Window, locus_progress
+from slipfold.flow.flow import flow_of
 from slipfold.long_term.classification import (
     CHAOS,
     CLASSIFICATION,
@@ -80,7 +81,7 @@ def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
         done = (DOWN, UP)[step[1] > 0] if step[1] else None
         if done is not None:
             swept = work.known.rows((done, sources[:, 1]))
-            inside &= ~_same(work, swept, work.known.rows(tuple(sources.T)))
+            inside &= ~_same(work, sources[:, 1], swept, work.known.rows(tuple(sources.T)))
         targets = grid[tuple(places[:, inside])]
         result.append(np.column_stack([sources[inside], targets]))
     proposals = np.concatenate(result)
@@ -131,17 +132,37 @@ def _known(
     """Whether the first runs, or all of them, have the trajectories in their cells already."""
     known = ~np.isin(result.kinds, (PERIODIC, STICKS, *APERIODIC))
     for run in range(len(work.known.kinds) if runs is None else runs):
-        known |= _same(work, work.known.rows((run, cells)), result)
+        known |= _same(work, cells, work.known.rows((run, cells)), result)
     return known
 
 
-def _same(work: TrajectoryGrid, one: Classified, other: Classified) -> NDArray[np.bool_]:
+def _same(
+    work: TrajectoryGrid, cells: Rows, one: Classified, other: Classified
+) -> NDArray[np.bool_]:
     """Whether pairs of trajectories are the same, or may be if one is undecided."""
     apart = np.abs(wrap_angles(one.means - other.means, work.model.angle_periods) / work.scales)
-    periodic = (one.periods == other.periods) & (apart.max(axis=1) <= CLASSIFICATION.same_mean)
+    alike = (one.kinds == other.kinds) & (one.periods == other.periods)
+    periodic = alike & (apart.max(axis=1) <= CLASSIFICATION.same_mean)
+    (rows,) = np.nonzero(alike & (one.kinds == PERIODIC) & ~periodic)
+    if len(rows):
+        periodic[rows] = _shifted(work, cells[rows], one.means[rows], other.means[rows])
     same = (one.kinds == other.kinds) & (periodic | (one.kinds != PERIODIC))
     both = np.isin(one.kinds, APERIODIC) & np.isin(other.kinds, APERIODIC)
     return same | both & ((one.kinds == UNDECIDED) | (other.kinds == UNDECIDED))
+
+
+def _shifted(work: TrajectoryGrid, cells: Rows, one: Array, other: Array) -> NDArray[np.bool_]:
+    """Whether a shift, as to the next of a pendulum's wells, changes far less than part of it."""
+    flow, count = flow_of(work.model), len(cells)
+    vectors = np.array([work.models[cell].vector for cell in cells])
+    constants = flow.constants(vectors, np.tile(work.scales, (count, 1)))
+    changes = np.zeros((2, *one.shape))
+    for phase, *around in np.random.default_rng(0).uniform(-1, 1, (4, one.shape[1] + 1)):
+        states = (one + around * work.scales + part * (other - one) for part in (0.0, 0.38, 1.0))
+        there, *moved = (flow.rates(at, np.full(count, phase), constants) for at in states)
+        changes = np.maximum(changes, np.abs(np.array(moved) - there) / work.scales)
+    part, whole = changes.max(axis=2)
+    return np.asarray(whole <= CLASSIFICATION.same_mean * part)
 
 
 RUNS = ("rest", "up", "down")
