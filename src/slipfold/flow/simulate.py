@@ -290,11 +290,8 @@ class SmoothIntegration(Integration):
         last, scales = self._pieces[-1], self.model.state_scales()
         lately = np.concatenate(self._pieces[-2:])[-2:]
         moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
-        pushed = (
-            perturbed_from_equilibrium(self.model, last[-1])
-            if moving <= EQUILIBRIUM.distance
-            else None
-        )
+        still = moving <= EQUILIBRIUM.distance
+        pushed = perturbed_from_equilibrium(self.model, last[-1]) if still else None
         if pushed is not None:
             self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
             self._pushed.append(self.periods)
@@ -333,13 +330,10 @@ class SmoothIntegration(Integration):
         return flow_of(self.model).advance(start, zero, zero + length, self.constants)[0]
 
     def _pushed_text(self) -> str:
-        if self._pushed[0] == 0:
-            where = "it began on an unstable equilibrium"
-        else:
-            time = self._pushed[0] * self.constants.period
-            where = f"at {time:.6g} s it had reached an unstable equilibrium"
+        time = self._pushed[0] * self.constants.period
+        where = f"At {time:.6g} s it had reached" if time else "It began on"
         size = f"{EQUILIBRIUM.perturbation:g} (scaled)"
-        return f". {where[:1].upper()}{where[1:]} and was pushed off it by {size}"
+        return f". {where} an unstable equilibrium and was pushed off it by {size}"
 
 
 class HybridIntegration(Integration):
