@@ -143,7 +143,7 @@ class _Follower(Generic[P]):
                 traced.end = self.endings.failed(traced, Failure("failed", breakdown(error)))
                 return None
             if renewed:
-                return float(steps.front.step[0])
+                return item.arclength - before.arclength
         traced.end = self.endings.left(traced)
         return None
 
