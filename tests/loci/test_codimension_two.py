@@ -333,6 +333,7 @@ def test_folds_of_cycles_start_at_a_generalized_hopf_point_of_any_scale(monkeypa
 
     monkeypatch.setattr(bifurcation_set, "follow_fan", of_equilibria)
     monkeypatch.setattr(bifurcation_set, "follow_settled", lambda *given: iter(()))
+    monkeypatch.setattr(bifurcation_set, "with_cycles", lambda plane, line: line)
     model = sf.System(
         parameters={"E0": -2.0, "J": 3.07},
         formulas={"S": "1.5*log(1 + exp((J*u*x*E + E0)/1.5))"},
