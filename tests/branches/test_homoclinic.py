@@ -107,9 +107,8 @@ def test_lorenz_cycles_end_where_they_are_homoclinic():
 def test_a_loop_through_two_saddles_is_no_homoclinic_orbit():
     # Allee: (n, p) = (0.1, 0) and (1, 0) are saddles where 0.1 < m < 1.
     states = {"n": "n*(n - 0.1)*(1 - n) - n*p", "p": "p*(n - m)"}
-    starts = {"start": {"n": 0.6, "p": 0.1}}
     predators = sf.System(parameters={"m": 0.6}, states=states)
-    _, cycles = sf.response(predators, vary="m", span=(0.6, 0.4), **starts).branches
+    _, cycles = sf.response(predators, "m", (0.6, 0.4), start={"n": 0.6, "p": 0.1}).branches
     assert "nears a heteroclinic loop: orbits that connect 2 saddles" in cycles.stopped.reason
     assert cycles.orbit(-1).extrema.of("n")[0] == pytest.approx(0.1, abs=1e-6)
 

@@ -257,8 +257,7 @@ def test_cycles_are_followed_from_equilibria_that_no_line_leads_to(monkeypatch):
     model = sf.System(parameters={"a": 0, "b": 0}, formulas=formulas, states=rates)
     given = ("a", "b"), ((-1, 1), (-0.3, 0.3))
     found = sf.bifurcation_set(model, *given, types="LP", periods=1, regions=False)
-    for locus, side in zip(found.loci, (-1, 1), strict=True):
-        a, b = locus.values.T
+    for (a, b), side in zip((locus.values.T for locus in found.loci), (-1, 1), strict=True):
         assert a == pytest.approx(0.15 + side * np.sqrt(0.3 - b**2), abs=1e-9)
 
 
