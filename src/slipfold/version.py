@@ -19,14 +19,7 @@ def package_version() -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions of the programs that last digits depend on."""
-    import heyoka
-    import numpy
-    import scipy
+    from importlib.metadata import version
 
-    return {
-        "slipfold": package_version(),
-        "heyoka": heyoka.__version__,
-        "numpy": numpy.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
-    }
+    known = {name: version(name) for name in ("heyoka", "numpy", "scipy")}
+    return {"slipfold": package_version(), **known, "python": platform.python_version()}
