@@ -52,6 +52,22 @@ def test_lure_hopf_and_doubled_cycle():
     assert sorted(doubling.multipliers.real) == pytest.approx([-1, -0.01811007, 1], abs=1e-8)
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_the_unit_of_time_does_not_matter(scale):
+    # A damped oscillator whose damping changes sign: Hopf at c = 0 at any frequency.
+    model = sf.System(
+        name="oscillator",
+        parameters={"c": 0.5, "w": scale},
+        states={"q": "w*v", "v": "-w*q - w*c*v - w*v^3"},
+    )
+    diagram = sf.response(model, vary="c", span=(0.5, -0.1))
+    (hopf,) = special(diagram, "HB")
+    assert hopf.value == pytest.approx(0, abs=1e-12)
+    # v^3 damps by 3/8 a^2 of the amplitude: with the vector of unit length, twice that.
+    assert hopf.coefficient == pytest.approx(-0.75, rel=1e-8)
+    assert hopf.duration == pytest.approx(2 * math.pi / scale, rel=1e-10)
+
+
 @pytest.mark.parametrize(("rate", "span"), [(1e-7, (1, -0.5)), (1e-11, (-300, 1))])
 def test_a_flat_fold_beyond_which_nothing_rests_is_one_fold(rate, span):
     states = {"x": f"{rate}*(p - x^2)", "y": "-y + x"}
