@@ -374,6 +374,7 @@ def test_what_cannot_be_exported_is_said_in_a_sentence(explorer):
     assert json.loads(malformed.text)["detail"]
 
 
+@pytest.mark.long
 def test_copied_texts_follow_what_motions_settle_on(slider, tmp_path, monkeypatch, capsys):
     rows = list(csv.reader(io.StringIO(slider(STICKS, "csv").decode())))
     names = run_python(slider(STICKS, "python").decode(), tmp_path, monkeypatch)

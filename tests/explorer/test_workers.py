@@ -114,6 +114,7 @@ class Unloadable:
         return os._exit, (7,)
 
 
+@pytest.mark.long
 def test_workers_that_cannot_start_are_not_started_for_ever():
     [sentence] = computed(Workers(Unloadable(), 1, ServerLimits()), diagram())
     assert "no worker process can be started" in sentence

@@ -100,6 +100,7 @@ def of_type(found, kind, orbits="periodic"):
     return [locus for locus in found.loci if (locus.type, locus.kind) == (kind, orbits)]
 
 
+@pytest.mark.long
 def test_hopf_points_alone_need_no_cycles(monkeypatch):
     # Cycles of the circuit snake to homoclinic orbits: a minute for a window, and three seconds
     # without them.

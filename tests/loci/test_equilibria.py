@@ -183,6 +183,7 @@ def test_units_of_time_and_state_do_not_matter(scale):
     assert frequency == pytest.approx(np.sqrt(locus.values[:, 1]))
 
 
+@pytest.mark.long
 def test_an_equilibrium_that_branched_off_outside_the_window_is_looked_for():
     # The pitchfork of the Lorenz system is at rho = 1, its Hopf point at
     # s (s + b + 3) / (s - b - 1) with b = 8/3 (Sparrow, The Lorenz Equations, 1982).

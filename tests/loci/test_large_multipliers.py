@@ -1,10 +1,12 @@
 """Loci of cycles with multipliers that leave no digits of higher derivatives."""
 
 import numpy as np
+import pytest
 
 import slipfold as sf
 
 
+@pytest.mark.long
 def test_no_generalized_period_doublings_are_made_of_rounding():
     # Tsodyks and Markram's model of synapses; beside a homoclinic orbit multipliers exceed 1e8.
     model = sf.System(

@@ -132,6 +132,7 @@ def test_orbits_close_in_another_integrator(model, other):
     assert stuck / orbit.duration == pytest.approx(orbit.stuck_fraction, abs=1e-9)
 
 
+@pytest.mark.long
 def test_changes_of_two_contacts_that_meet_are_counted_once():
     # Which of two begins to slip first changes there: seen from the last orbit before it twice.
     model, _ = pair(0.13, 0.5)

@@ -83,6 +83,7 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         sf.fit(model, seen, {"Ns_x": (3.0, 4.0)})
 
 
+@pytest.mark.long
 def test_turns_on_a_floor_begin_to_stick_along_a_locus():
     # Den Hartog's largest friction without stops, over load and frequency, from the model alone.
     model = shaken(0.8, x=3.5)

@@ -17,6 +17,7 @@ def touched():
     return over_speed(0.3, (0.0555, 0.0551)).branches[0]
 
 
+@pytest.mark.long
 def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane(touched):
     (graze,) = touched.special
     window = (0.05, 0.06), (0.25, 0.35)

@@ -289,6 +289,7 @@ def test_motion_is_locked_between_further_folds_and_hardly_beside_a_weak_resonan
     assert 0 <= weak.high - weak.low < 1e-6
 
 
+@pytest.mark.long
 def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
     # Followed to Nd = 0.14 as invariant circles, over two periods, it ends with 0.0955495283.
     found = sf.lyapunov(sf.SlidingOscillator(f=12.5), 16_000, Nd=0.14)

@@ -61,6 +61,7 @@ def test_focus_moves_nothing(still):
     assert still.page.evaluate(FOCUS, CONTROLS) == []
 
 
+@pytest.mark.long
 def test_pointing_moves_nothing(still):
     rest = places(still)
     controls = still.page.locator("button, input, select, summary").all()

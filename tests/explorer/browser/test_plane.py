@@ -163,6 +163,7 @@ def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
     expect(legend(new_tab).filter(has_text="period 1 stable")).to_have_count(1)
 
 
+@pytest.mark.long
 def test_lines_under_way_stay_when_the_view_changes_elsewhere(new_tab):
     heads = []
 
