@@ -41,6 +41,7 @@ def test_den_hartog_without_stops():
     assert orbit.residual < 1e-10
     assert orbit.stuck_fraction == 0
     assert orbit.extrema.of("x")[1] == pytest.approx(A, abs=1e-10)
+    assert orbit.extrema.of("Vrel")[0] == pytest.approx(0, abs=1e-10)  # it turns in a corner
     expected = np.sort_complex(np.linalg.eigvals(once @ once))
     assert np.sort_complex(orbit.multipliers) == pytest.approx(expected, abs=1e-9)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.contact_trajectory import Samples, sample_hybrid
+from slipfold.flow.contact_trajectory import Samples, dense_phases, sample_hybrid
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import first_mode
@@ -467,12 +467,19 @@ class StickSlipOrbit(PeriodicOrbit):
 
     @cached_property
     def extrema(self) -> Extrema:
-        """Minimum and maximum of every output: of states wherever they lie, of others sampled."""
+        """Minimum and maximum of every output: of states wherever they lie, of others sampled.
+
+        Contacts change at corners of outputs, or jumps: both sides of each are among the samples.
+        """
         found, count = self._round, 512 * self.period  # parabolas do the rest
         phases: Array = np.arange(count + 1, dtype=float) * (self.period / count)
         values = self._samples(phases).outputs()
+        parts = dense_phases(self.model, self.state, self.first_mode, float(self.period))
+        ends = np.array([0.0, *(part.end for part in parts)])
+        sides = self._samples(np.sort([ends, np.nextafter(ends, 0.0)], axis=None)).outputs()
         with np.errstate(invalid="ignore"):  # an output may be infinite at rest
-            low, high, n = _least(values), -_least(-values), len(found.minimum)
+            low = np.minimum(_least(values), sides.min(axis=0))
+            high, n = np.maximum(-_least(-values), sides.max(axis=0)), len(found.minimum)
         low[:n], high[:n] = found.minimum, found.maximum
         if np.isnan(found.fraction):  # of part of a round they would be others
             low[:], high[:] = np.nan, np.nan
