@@ -5,6 +5,7 @@ import pytest
 
 from helpers.bifurcation_sets import OFTEN, PLANES, orbits_at, response, whole_set
 from slipfold import InputError, SlidingOscillator, periodic_orbit
+from slipfold.bifurcations.loci import isolated
 from slipfold.bifurcations.loci.region_votes import REGIONS, Raster
 
 ALL = [OFTEN, *(pytest.param(plane, marks=pytest.mark.long) for plane in PLANES if plane != OFTEN)]
@@ -110,3 +111,12 @@ def test_the_plane_of_frequency_and_force_has_every_kind_of_region():
         (13.4, 0.9, (2,)),
     ):  # fmt: skip
         assert regions.at(f, Nd).stable == stable, (f, Nd)
+
+
+def test_an_orbit_is_known_whatever_segments_it_was_computed_in():
+    orbit = periodic_orbit(SlidingOscillator(f=12.5, Nd=0.3), period=2)
+    finer = np.repeat(orbit.nodes, 2, axis=0)  # as many nodes as twice the segments have
+    later = np.roll(finer, len(finer) // 2, axis=0)  # started in the other forcing period
+    for nodes in (finer, later):
+        assert isolated.is_among(orbit.model, nodes, 2, [orbit.nodes])
+    assert not isolated.is_among(orbit.model, 1.1 * finer, 2, [orbit.nodes])
