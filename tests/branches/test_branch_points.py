@@ -57,7 +57,7 @@ def test_of_images_under_a_symmetry_one_is_followed_in_any_scales():
     states = {"x": "r*x + x^2 - y^2 - (x^2 + y^2)*x", "y": "r*y - 2*x*y - (x^2 + y^2)*y"}
     three = system("three", **states, u="x^2 + y^2 - u")
     rest, *others = sf.response(three, vary="r", span=(-0.5, 0.5)).branches
-    assert "of branches that are images" in rest.special[0].undecided
+    assert "of branches with the same multipliers" in rest.special[0].undecided
     sizes = np.sqrt([branch.states[-1, 2] for branch in others])
     assert np.sort(sizes) == pytest.approx(0.75**0.5 + np.array([-0.5, 0.5]))
 
@@ -186,3 +186,10 @@ def test_cycles_that_miss_a_pitchfork_have_a_fold():
     (branch,) = sf.response(cycle, vary="r", span=(1, -1)).branches
     assert kinds(branch) == ["LP"]
     assert branch.special[0].value == pytest.approx(3 * 5e-8 ** (2 / 3), rel=1e-5, abs=0)
+
+
+def test_branches_that_only_begin_alike_are_all_followed():
+    # No symmetry exchanges x and y: their pitchforks differ in the terms of fifth order.
+    rates = {"x": "r*x - x^3 + 10*x^5", "y": "r*y - y^3 - 10*y^5"}
+    model = sf.System(parameters={"r": 0.0}, states=rates)
+    assert len(sf.response(model, vary="r", span=(-0.1, 0.01)).branches) == 4

@@ -113,6 +113,14 @@ def test_a_loop_through_two_saddles_is_no_homoclinic_orbit():
     assert cycles.orbit(-1).extrema.of("n")[0] == pytest.approx(0.1, abs=1e-6)
 
 
+def test_one_saddle_a_turn_apart_is_one():
+    rates = {"x": {"rate": "v", "angle": True}, "v": "-sin(x) - 0.2*v*(v^2/2 - cos(x) - c)"}
+    pendulum = sf.System(parameters={"c": 0.5}, states=rates)
+    (cycles,) = sf.response(pendulum, "c", (0, 1.3), start={"x": 1, "v": 1}, settled=True).branches
+    assert cycles.stopped.value == pytest.approx(1, abs=1e-3)
+    assert "nears a homoclinic orbit" in cycles.stopped.reason
+
+
 CHUA = {
     "name": "Chua",
     "parameters": {"alpha": 6.5, "beta": 14.3, "K": 10, "a0": -1 / 7, "a1": 2 / 7},

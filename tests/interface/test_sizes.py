@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 81_270, "tests": 40_805}
+TOTAL = {"src": 81_285, "tests": 40_850}
 """Lines of Python. Lower it whenever code is deleted; raise it only for what is new, and say so.
 
 Last raised for responses that are moved to new values, peaks of root mean squares and harmonics,

@@ -221,6 +221,20 @@ def test_a_map_is_drawn_with_its_hatches(folds):
     assert texts == ["period 1", "period 2", "coexisting, in the other's color"]
 
 
+def test_an_interrupt_keeps_what_is_known():
+    def stop(progress):
+        if progress.done >= 4 * 360:
+            raise KeyboardInterrupt
+
+    found = sf.regimes(
+        OSCILLATOR, {"f": (12.2, 12.3), "Nd": (0.0, 0.02)}, points=(2, 2), transient=300,
+        on_progress=stop,
+    )  # fmt: skip
+    assert found.interrupted
+    assert (found.names("rest") == "period 1").all()
+    assert (found.names("down") == "not done").all()
+
+
 @pytest.mark.parametrize(
     ("vary", "options", "message"),
     [

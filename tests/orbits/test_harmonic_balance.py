@@ -190,3 +190,18 @@ def test_harmonics_about_another_mode_give_no_spurious_multiplier():
     """Their steps are small as well, but do not shrink."""
     found = harmonic_balance._multipliers(WithFastMode(), WithFastMode.exact + 1e-5 + 0j, 0.0)
     np.testing.assert_allclose(found, WithFastMode.exact, atol=1e-12)
+
+
+def test_a_spring_a_billionth_as_stiff_beside_another_does_no_harm():
+    cubes = "(x + 0.7*y)^3", "1e-9*(0.3*x - y)^3"
+    model = sf.System(
+        parameters={"W": 0.7},
+        forcing={"period": "2*pi/W"},
+        states={
+            "x": "u",
+            "u": f"-0.2*u - x - 0.31*{cubes[0]} - 0.77*{cubes[1]} + 0.8*cos(W*t)",
+            "y": "v",
+            "v": f"-0.3*v - 2.3*y - 0.57*{cubes[0]} + 0.43*{cubes[1]}",
+        },
+    )
+    assert sf.periodic_orbit(model).harmonic_balance().passed

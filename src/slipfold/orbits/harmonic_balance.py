@@ -327,6 +327,8 @@ def _range(matrix: Array, small: float) -> Array:
         largest = matrix[:, (matrix * matrix).sum(axis=0).argmax()]
         if not np.linalg.norm(largest) > small:
             break
+        for other in found:  # once more: what was subtracted from a small column left rounding
+            largest = largest - other * (other @ largest)
         found.append(largest / np.linalg.norm(largest))
         matrix = matrix - np.outer(found[-1], found[-1] @ matrix)
     return np.array(found).reshape(-1, len(matrix)).T

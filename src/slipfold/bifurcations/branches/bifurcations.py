@@ -62,6 +62,9 @@ class BifurcationRules:
     # Distance from where a branch snakes, in spans, in which nothing is followed
     tail: float = 0.01
     radius: float = 1e-2  # distance around a double branch point at which branches are looked for
+    # Difference of multipliers there that rounding may make: spectra of branches that are no images
+    # differ by the square of what the parameter changes by, 1e-4, times a coefficient
+    alike: float = 1e-9
     directions: int = 24  # directions from which they are: twice those of a symmetry D6
     crowded: int = 20  # doublings above which longer periods are on request; a cascade has eight
 

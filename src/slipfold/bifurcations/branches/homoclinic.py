@@ -12,6 +12,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.stops import STOP
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
+from slipfold.models.angles import wrap_angles
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -182,7 +183,9 @@ def _neared(point: OrbitPoint, near: float = RULE.near) -> str:
     for beside in _slow_places(point, point.z, near):
         growth = np.zeros(1) if beside is None else np.linalg.eigvals(beside[1]).real
         if beside is not None and growth.max() > 0 > growth.min():
-            if all(np.abs(beside[0] - other).max() > RULE.near for other in saddles):
+            turn = point.curve.orbits.model.angle_periods / point.curve.orbits.scales
+            gaps = (np.abs(wrap_angles(beside[0] - other, turn)) for other in saddles)
+            if all(gap.max() > RULE.near for gap in gaps):
                 saddles.append(beside[0])
         elif not saddles:  # nor is it where the cycle is slowest
             return ""

@@ -85,7 +85,7 @@ class SpecialPoint(LocatedPoint):
         if self.several:
             angles = np.sort(angles_on_circle(self.multipliers))
             distinct = np.count_nonzero(np.diff(angles, prepend=-1.0) > ALIKE)
-            followed = {"BP": "; of branches that are images of each other one is followed"}
+            followed = {"BP": "; of branches with the same multipliers one is followed"}
             if distinct < len(angles):
                 followed["HB"] = (
                     f"; cycles of at most {distinct} of the {len(angles)} critical pairs are "

@@ -177,8 +177,7 @@ def _are_images(orbits: Orbits, point: OrbitPoint, first: OrbitPoint, second: Or
     The scales of states, and with them the distances of two images, need not be symmetric.
     """
     rise, other = (float(item.z[-1] - point.z[-1]) for item in (first, second))
-    same, close = SAME_ORBIT, SAME_ORBIT * BIFURCATION.radius
-    if abs(rise - other) >= close:
+    if abs(rise - other) >= BIFURCATION.alike:
         if rise * other <= 0:
             return False
         away = second.z - point.z  # the parameter changes with a power of the distance
@@ -191,9 +190,9 @@ def _are_images(orbits: Orbits, point: OrbitPoint, first: OrbitPoint, second: Or
         correction = correct(orbits, guess, hold_parameter(orbits.size), reach=reach)
         if not correction.converged:
             return False
-        second, same = orbits.point(correction, 0.0), close  # spectra begin to differ with `rise`
+        second = orbits.point(correction, 0.0)
     apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
-    return bool(apart.max() < same)
+    return bool(apart.max() < BIFURCATION.alike * max(1.0, float(np.abs(first.multipliers).max())))
 
 
 def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
