@@ -103,7 +103,8 @@ class Point:
         """Return the value of the parameter; a duration in seconds is that of a cycle or orbit."""
         state = np.asarray(state, dtype=float)
         free = duration is not None and self._equations(value).period is None
-        sizes = np.maximum(np.abs(state), 0.1 * np.abs(state).max() + 1e-12)
+        largest = np.abs(state).max()
+        sizes = np.maximum(np.abs(state), 0.1 * (largest if largest > 1e-12 else 1.0))
         units = [*sizes, abs(value) or 1.0, *([duration] if free else [])]
         start = np.array([*state, value, *([duration] if free else [])]) / units
         flow = self._equations(value).rates(0.0, state) if free else None
@@ -221,8 +222,7 @@ def _indices(key, sizes):
     if found is None:
         return [(None, sizes)]
     name, first, last = found.groups()
-    ends = (eval(item, dict(sizes)) for item in (first, last))
-    first, last = ends
+    first, last = (eval(item, dict(sizes)) for item in (first, last))
     return [(i, {**sizes, name: i}) for i in range(first, last + 1)]
 
 
