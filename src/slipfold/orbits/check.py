@@ -249,11 +249,10 @@ class _Solution:
         if not (self.converged and finer.converged):
             return np.inf
         periods = [item.orbits.constants(item.z).period for item in (self, finer)]
-        size = max(1.0, float(np.abs(finer.multipliers).max()))
         return max(
             self.states_apart(finer),
             abs(periods[0] / periods[1] - 1),
-            multiplier_difference(self.multipliers, finer.multipliers) / size,
+            multiplier_difference(finer.multipliers, self.multipliers),
         )
 
     def states_apart(self, finer: _Solution) -> float:

@@ -181,12 +181,11 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
             before, multipliers = (
                 _multipliers(one, orbit.multipliers, own) for one in (coarse, fine)
             )
-            apart = multiplier_difference(before, multipliers) / size
+            apart = multiplier_difference(before, multipliers)
             left_out = float(np.max([left_out, apart]))  # NaN if it is not known
             if not left_out > BALANCE.spare * tolerance or count == most:
                 break
     left_out = max(left_out, fine.rounding / size)
-    apart = multiplier_difference(orbit.multipliers, multipliers)
     return HarmonicBalance(
         model,
         period,
@@ -196,7 +195,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
         max(left_out, fine.excess) if coarse.converged and fine.converged else np.inf,
         float(np.abs(orbit.nodes / scales - nodes).max()),
         abs(fine.duration / orbit.duration - 1),
-        apart / size,
+        multiplier_difference(orbit.multipliers, multipliers),
         tolerance,
     )
 

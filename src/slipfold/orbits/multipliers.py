@@ -145,18 +145,23 @@ def product(matrices: Sequence[Array] | Array) -> Array:
 
 
 def multiplier_difference(values: Complex, others: Complex) -> float:
-    """Return the largest distance between multipliers and their counterparts."""
-    return float(multiplier_differences(values, others).max())
+    """Return the largest distance from counterparts, over the largest multiplier or one."""
+    size = max(1.0, float(np.abs(values).max()))
+    return float(multiplier_differences(values, others).max()) / size
 
 
 def multiplier_differences(values: Complex, others: Complex) -> Array:
-    """Return the distance of each multiplier from its counterpart, shape (n,)."""
+    """Return the distance of each multiplier from its counterpart, shape (n,).
+
+    Of some that are near each other the mean may be known better than each, and counts then.
+    """
     if not (np.isfinite(values).all() and np.isfinite(others).all()):
         return np.full(len(values), np.nan)
-    means, distances, left = _means_near(others), [], np.zeros(len(others))
-    for value in _means_near(values):
+    distances, left = list[float](), np.zeros(len(others))
+    means, of_others = _means_near(values), _means_near(others)
+    for value, mean in zip(values, means, strict=True):
         nearest = int(np.argmin(np.abs(others - value) + left))
-        distances.append(abs(means[nearest] - value))
+        distances.append(min(abs(others[nearest] - value), abs(of_others[nearest] - mean)))
         left[nearest] = np.inf
     return np.array(distances)
 

@@ -314,12 +314,11 @@ class PeriodicOrbit(Measured, OneLine):
 
         found = orbit_by_collocation(self.model, self.nodes, self.period, self.multipliers)
         apart = wrap_angles(found.anchors - self.nodes, self.model.angle_periods)
-        size = max(1.0, float(np.abs(self.multipliers).max()))
         return OrbitCheck(
             found,
             float(np.abs(apart / self.model.state_scales()).max()),
             abs(found.duration / self.duration - 1),
-            multiplier_difference(self.multipliers, found.multipliers) / size,
+            multiplier_difference(self.multipliers, found.multipliers),
             tolerance,
         )
 

@@ -181,8 +181,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 
 def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
     """Compare multipliers with those of a matrix of differences."""
-    size = max(1.0, float(np.abs(orbit.multipliers).max()))
-    value = multiplier_difference(orbit.multipliers, _values(matrix)) / size
+    value = multiplier_difference(orbit.multipliers, _values(matrix))
     return Difference(value, CHECKS.coarse, what="multipliers")
 
 
@@ -192,8 +191,7 @@ def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Differe
     The extrapolated values are as uncertain as a tenth of what the extrapolation changes.
     """
     better = (4 * finer - matrix) / 3
-    size = max(1.0, float(np.abs(orbit.multipliers).max()))
-    changed = multiplier_difference(_values(better), _values(finer)) / size
+    changed = multiplier_difference(_values(better), _values(finer))
     result = _judged(orbit, better)
     return replace(result, allowed=max(CHECKS.coarse, 0.1 * changed))
 
