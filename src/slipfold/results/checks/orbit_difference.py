@@ -150,7 +150,7 @@ def _allowed_uncertainty(
 def orbit_difference(
     orbit: PeriodicOrbit,
     pieces: int,
-    uncertainty: Array | None = None,
+    uncertainty: Array | float = 0.0,
     compared: _OrbitComparison | None = None,
 ) -> Difference:
     """Return the largest difference: of states (scaled), duration and multipliers (relative).
@@ -161,10 +161,8 @@ def orbit_difference(
     states decide, as long as a digit of the multipliers agrees. Of states that differ, the error of
     a mesh on which such an orbit is computed is allowed as well.
     """
-    free = np.zeros(len(orbit.multipliers)) if uncertainty is None else uncertainty
-    free = np.minimum(
-        free, np.maximum(CHECKS.coarse, CHECKS.distance * np.abs(np.abs(orbit.multipliers) - 1))
-    )
+    most = np.maximum(CHECKS.coarse, CHECKS.distance * np.abs(np.abs(orbit.multipliers) - 1))
+    free = np.minimum(uncertainty, most)
     if rests(orbit.model, orbit.nodes):
         result = orbit.check(CHECKS.states)
         worst = max(result.states, result.multipliers)
@@ -175,8 +173,7 @@ def orbit_difference(
         if tried and _worst(tried[-1]) <= 1:
             break
         tried += _differences([orbit], [finer * pieces], free)
-    best = min(tried, key=_worst)
-    states, multipliers = best.states, best.multipliers
+    states, multipliers = min(tried, key=_worst)[:2]
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
     if states.excess > 1:
@@ -351,14 +348,10 @@ class _RetracedOrbit:
     scales: Array  # shape (n,)
     flow: Flow
 
-    @property
-    def forced(self) -> bool:
-        return self.orbit.model.forced
-
     @cached_property
     def rates(self) -> Array | None:
         """Rates at the beginnings of a cycle's pieces, shape (N, n); None of a forced orbit."""
-        if self.forced:
+        if self.orbit.model.forced:
             return None
         field = Field(self.flow, self.solution.constants, self.scales, [], LinearPart())
         return field.rates(self.retraced.nodes, self.retraced.edges[:-1])
@@ -380,7 +373,7 @@ def _comparison(
     whole: _RetracedOrbit, pieces: Array, values: Complex, moved: Array, free: Array | float
 ) -> _OrbitComparison:
     """Compare one orbit, by the ends of its pieces and by multipliers with their sensitivities."""
-    orbit, retraced, own = whole.orbit, whole.retraced, (0 if whole.forced else 1)
+    orbit, retraced, own = whole.orbit, whole.retraced, (0 if whole.rates is None else 1)
     anchors = np.searchsorted(retraced.edges, whole.solution.phases[:-1])
     matrices, by_parameters, defects = _between(anchors, pieces)
     rates = None if whole.rates is None else whole.rates[anchors]
@@ -436,7 +429,7 @@ def _condensed(whole: Sequence[_RetracedOrbit]) -> Array:
         given = nodes[rows], start[rows], lengths[rows], stages[rows]
         solved = newton_step(field, gauss_points(m), *given)
         by_parameters = np.zeros((len(solved.lengths), n, 1))
-        if not whole[0].forced:
+        if not whole[0].orbit.model.forced:
             rates = field.rates(stages[rows], solved.phases)
             by_parameters = solved.answered(rates[..., None])[1]
         parts.append(
@@ -482,8 +475,8 @@ def _solved(
 
     At a fold or branch point, and where integrators' errors alone would move it more than is
     allowed (near a homoclinic orbit), the equations leave the orbit's place along the branch
-    open: the step then has no part in the direction that they can hardly see, nor may they ask for
-    any.
+    open, and near a loop through several saddles how long it stays at each: the step then has no
+    part in directions that they can hardly see, nor may they ask for any.
     """
     count, n = defects.shape
     size = count * n
@@ -498,17 +491,16 @@ def _solved(
         matrix[:-1, -1] = by_parameters.ravel()
         matrix[-1, :-1] = rates.ravel() / np.linalg.norm(rates)
     left, values, across = np.linalg.svd(matrix)
-    is_open = off is not None or values[-1] * CHECKS.states < CHECKS.rounding
+    is_open = values * CHECKS.states < CHECKS.rounding
+    is_open[-1] |= off is not None
     least = values[-1]
     if off is not None:
         least = min(values[-2], values[-1] / off) if off > CHECKS.states else values[-2]
-    if is_open:
-        values[-1] = np.inf
+    values[is_open] = np.inf
     wanted = left.T @ right
     step = across.T @ (wanted / values)
-    unsolved = abs(wanted[-1]) if is_open else 0.0
-    length = np.max([np.abs(step).max(), unsolved])
-    direction = across[-1] if is_open else None
+    length = np.max(np.abs([*step, *wanted[is_open]]))
+    direction = across[-1] if is_open[-1] else None
     return _SolvedStep(float(length), float(1 / values.min()), float(1 / least), direction)
 
 
@@ -520,12 +512,22 @@ def _multipliers(
     Shapes: matrices (N, n, n) of each, rates (N, n) of cycles.
     """
     given = zip(matrices, rates, strict=True)
-    parts = [(None, own) if f is None else without_motion(own, f) for own, f in given]
+    parts = [(np.ones(0), own) if f is None else without_motion(own, f) for own, f in given]
     values, moved = _sensitive_eigenvalues([across for _, across in parts])
     return [
-        (own, change) if along is None else (np.append(own, np.prod(along)), np.append(change, 0.0))
-        for (along, _), own, change in zip(parts, values, moved, strict=True)
+        (own, change) if f is None else (np.append(own, _of_motion(along, f)), np.append(change, 0))
+        for (along, _), f, own, change in zip(parts, rates, values, moved, strict=True)
     ]
+
+
+def _of_motion(along: Array, rates: Array) -> float:
+    """Return the multiplier of a cycle's direction: one, but for errors of rates over the largest.
+
+    Where a cycle nearly rests, as at the saddles of a heteroclinic loop, its direction is rounding.
+    Shapes: along (N,); rates (N, n).
+    """
+    speeds = np.linalg.norm(rates, axis=1)
+    return 1.0 + float((along * speeds - np.roll(speeds, -1)).sum() / speeds.max())
 
 
 def _sensitive_eigenvalues(matrices: Sequence[Array]) -> tuple[Complex, Array]:
