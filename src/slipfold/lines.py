@@ -20,7 +20,7 @@ from slipfold.errors import InputError
 from slipfold.models.levels import reference_of, unit_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import POINT_TYPES, REQUESTED_TYPES
-from slipfold.orbits.extrema import AVERAGED, Extrema
+from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import measured_of
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
@@ -155,12 +155,10 @@ def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[
     Between the points lies a cubic spline in the arclength. With the default steps it is within
     1e-3 of the span and of the range of the output; a test compares it with finer steps.
     """
-    located = [
-        Knot(item.arclength, (item.value, measured_at(item, output, measure)), item.type)
-        for item in branch.special
-        if item.type not in REQUESTED_TYPES
-    ]
-    values = np.column_stack([branch.parameter, measured_along(branch, output, measure)])
+    special = [item for item in branch.special if item.type not in REQUESTED_TYPES]
+    along, at = _measured(branch, special, output, measure)
+    located = [Knot(i.arclength, (i.value, y), i.type) for i, y in zip(special, at, strict=True)]
+    values = np.column_stack([branch.parameter, along])
     knots = _arranged(located, branch.arclength, values)
     # A doubled branch begins, and may end, on its parent, where a multiplier is one.
     on_parent = {0: branch.started.kind == BIFURCATION, -1: branch.stopped.kind == CLOSED}
@@ -169,6 +167,22 @@ def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[
             knots[end] = knots[end]._replace(type=BIFURCATION)
     s = np.array([knot.s for knot in knots])
     return _cut(_stabilities(branch, s), _pieces(knots, straight=measure == STUCK))
+
+
+def _measured(
+    branch: Branch, special: Sequence[SpecialPoint], output: str, measure: str
+) -> tuple[Array, list[float]]:
+    """Return what a figure shows along a branch and at special points: of like orbits at once."""
+    alike = all(item.nodes.shape == branch.nodes.shape[1:] for item in special)
+    together = branch.stuck_fraction is None and alike and "extrema" not in vars(branch)
+    if measure not in MEASURES or not together:
+        at = [measured_at(item, output, measure) for item in special]
+        return measured_along(branch, output, measure), at
+    parameters = np.array([*branch.parameters, *(item.model.vector for item in special)])
+    nodes = np.array([*branch.nodes, *(item.nodes for item in special)])
+    extrema = find_extrema(branch.model, parameters, nodes, branch.period, (output,))
+    values = measure_of(extrema, output, measure)
+    return values[: len(branch)], values[len(branch) :].tolist()
 
 
 def _stabilities(branch: Branch, s: Array) -> list[str]:

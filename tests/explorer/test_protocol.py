@@ -52,8 +52,7 @@ def test_lines_are_whole_and_marks_lie_on_them(client):
         assert all(left[1] == right[0] for left, right in pairwise(edges))
         places = list(zip(x, y, strict=True))
         for mark in branch["special"]:
-            distance = min(math.hypot(mark["value"] - a, mark["y"] - b) for a, b in places)
-            assert distance < 1e-6
+            assert min(math.hypot(mark["value"] - a, mark["y"] - b) for a, b in places) < 1e-6
 
 
 def test_a_moved_diagram_comes_before_the_one_that_is_followed_and_agrees_with_it(client):
@@ -66,7 +65,7 @@ def test_a_moved_diagram_comes_before_the_one_that_is_followed_and_agrees_with_i
             assert mark["type"] == true["type"]
             assert mark["value"] == pytest.approx(true["value"], rel=1e-10)
             assert mark["y"] == pytest.approx(true["y"], rel=1e-6)
-            assert mark["uncertainty"] < 1e-12
+            assert mark["uncertainty"] is None  # computed for what is followed
 
 
 def moved_through(*values, rests=0.6):

@@ -66,7 +66,9 @@ class BatchedCase:
         """Special points of each branch, with normal forms and uncertainties."""
         return [tuple(describe(item) for item in branch.found) for branch in self.branches]
 
-    def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
+    def assembled(
+        self, vary: str, first: float, described_by: Callable[[Found], SpecialPoint] = describe
+    ) -> tuple[Branch, ...]:
         """Return the branches as data, from the first value of the span."""
         curves, leads = list[FollowedCurve[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
         for number, item in enumerate(self.branches, 1):
@@ -81,7 +83,7 @@ class BatchedCase:
             curves.append(FollowedCurve(number, start, traced, None))
             if item.origin is not None:
                 leads.setdefault(item.origin, []).append(number)
-        return assemble(curves, leads, span_begin(vary, first))
+        return assemble(curves, leads, span_begin(vary, first), described_by=described_by)
 
 
 def follow_batch(
@@ -264,10 +266,10 @@ def refine_points(
         orbits, [item for item in followed if item.branch.end == "limit"], tolerance
     )
     for item in followed:
-        _complete(item, cases[item.branch.case], limits.get(item.branch), tolerance)
+        complete(item, cases[item.branch.case], limits.get(item.branch), tolerance)
 
 
-def _complete(
+def complete(
     followed: FollowedOrbits, case: BatchedCase, limit: Found | Exception | None, tolerance: float
 ) -> None:
     """Add the points of a branch and its end."""

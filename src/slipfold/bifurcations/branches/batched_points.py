@@ -55,17 +55,6 @@ Located = list[Found[OrbitPoint] | LostCurveError]
 """What was found in each bracket, or why nothing was."""
 
 
-def locate_zeros(
-    orbits: OrbitBatch,
-    brackets: Sequence[Bracket],
-    function: Function = critical_values,
-    near: float = BATCH.near,
-) -> Located:
-    """Locate the zeros within brackets by explicit steps."""
-    searches = [item.locating(near) for item in brackets]
-    return corrected_together(searches, _correction(orbits, brackets, function, None))
-
-
 def exact_zeros(
     orbits: OrbitBatch,
     brackets: Sequence[Bracket],
@@ -74,8 +63,10 @@ def exact_zeros(
     near: float = BATCH.near,
     close: float = ZERO.close,
 ) -> Located:
-    """Locate the zeros within brackets by the flow itself."""
-    searches = [_polishing(i, close) for i in locate_zeros(orbits, brackets, function, near)]
+    """Locate the zeros within brackets by explicit steps, then by the flow itself."""
+    roughly = [item.locating(near) for item in brackets]
+    located = corrected_together(roughly, _correction(orbits, brackets, function, None))
+    searches = [_polishing(item, close) for item in located]
     return corrected_together(searches, _correction(orbits, brackets, function, tolerance))
 
 
@@ -85,8 +76,9 @@ def _polishing(
     """Search within an arclength of a zero by secant steps; the value that is left is rounding."""
     if isinstance(found, LostCurveError):
         raise found
-    kind, point, slope, before = found.type, found.point, found.slope, np.nan
-    z, row = point.z, point.tangent
+    kind, point, slope = found.type, found.point, found.slope
+    row, before = point.tangent, point.tests[kind]
+    z = point.z - before / slope * row
     for _ in range(BATCH.secants):
         point = yield Guess(z, row, (), point.arclength)
         value, row = point.tests[kind], point.tangent

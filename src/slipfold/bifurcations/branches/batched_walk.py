@@ -119,10 +119,11 @@ class Bracket:
     case: int
     orbits: Orbits
     kind: str
-    z: Array  # shape (2, u)
-    tangents: Array  # shape (2, u)
-    arclengths: Array  # shape (2,)
-    values: Array  # of the function, shape (2,)
+    # The two points, and others near them that are interpolated as well
+    z: Array  # shape (k, u)
+    tangents: Array  # shape (k, u)
+    arclengths: Array  # shape (k,)
+    values: Array  # of the function, shape (k,)
     unstable: tuple[int, int] = (0, 0)  # multipliers outside the unit circle at either
 
     def locating(self, close: float) -> Guesses[Found[Any]]:
@@ -130,8 +131,9 @@ class Bracket:
         curve: Any = self.orbits
         tests = [{self.kind: value} for value in self.values.tolist()]
         parts = zip(self.z, self.tangents, self.arclengths.tolist(), tests, strict=True)
-        a, b = (Point(*part, 0, np.nan) for part in parts)
-        return locating_test(curve, [a, b], a, b, self.kind, self.kind, close)
+        a, b, *others = (Point(*part, 0, np.nan) for part in parts)
+        history = sorted([a, b, *others], key=lambda item: item.arclength)
+        return locating_test(curve, history, a, b, self.kind, self.kind, close)
 
 
 class Walk(FrontEquations):

@@ -51,14 +51,15 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
     if found.type in CONTACT_TYPES:
         return _describe_boundary(orbits, found)
-    coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
-    special = replace(
-        _uncertain(found, *_uncertainties(orbits, found)),
-        criticality=criticality,
-        coefficient=coefficient,
-    )
+    special = with_normal_form(found, _uncertain(found, *_uncertainties(orbits, found)))
     # The normal form is that of one direction; what holds in a plane of them is not known.
     return replace(special, criticality=None, coefficient=None) if special.several else special
+
+
+def with_normal_form(found: Found, special: SpecialPoint) -> SpecialPoint:
+    """Return a located bifurcation with its criticality."""
+    known = _coefficient(found.point.curve, found.point, _form_of(found))
+    return replace(special, coefficient=known[0], criticality=known[1])
 
 
 def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
@@ -301,12 +302,13 @@ def assemble(
     started: End,
     report: Report = lambda followed, found, done: None,
     report_orbits: ReportOrbits = _unwatched,
+    described_by: Callable[[Found], SpecialPoint] = describe,
 ) -> tuple[Branch, ...]:
     """Return all branches as data, as far as their states are found before an interruption.
 
     Special points whose normal forms it leaves are bare.
     """
-    known = describe_in_turn(curves, report)
+    known = describe_in_turn(curves, report, described_by)
     if any(found not in known for followed in curves for found in followed.traced.found):
         report_orbits = _unwatched  # not after an interruption
     described: dict[Found, SpecialPoint] = {}
@@ -345,7 +347,9 @@ def _without_lost(branch: Branch, kept: int) -> Branch:
 
 
 def describe_in_turn(
-    curves: Iterable[FollowedCurve[OrbitPoint]], report: Report
+    curves: Iterable[FollowedCurve[OrbitPoint]],
+    report: Report,
+    described_by: Callable[[Found], SpecialPoint] = describe,
 ) -> dict[Found, SpecialPoint]:
     """Describe special points in their order, until it is interrupted."""
     known: dict[Found, SpecialPoint] = {}
@@ -353,7 +357,7 @@ def describe_in_turn(
         for followed in curves:
             for result in followed.traced.found:
                 report(followed, result, len(known))
-                known[result] = describe(result)
+                known[result] = described_by(result)
     except KeyboardInterrupt:
         pass
     return known

@@ -13,17 +13,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Indices
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.batched import (
     BatchedCase,
+    complete,
     doubled_branches,
     locate_bifurcations,
-    refine_points,
 )
+from slipfold.bifurcations.branches.batched_points import FollowedOrbits
 from slipfold.bifurcations.branches.batched_walk import BatchedBranch, Bracket
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.make_branch import bare, with_normal_form
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import forced_orbits
 from slipfold.continuation.end import End
@@ -31,7 +32,7 @@ from slipfold.continuation.interpolation import arcs, polynomial_weights
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.orbit_batch import TESTS, OrbitBatch, Solutions
+from slipfold.orbits.orbit_batch import TESTS, Converged, OrbitBatch, Solutions
 from slipfold.orbits.shooting import Shooting
 
 
@@ -50,6 +51,9 @@ class MovedRules:
     close: float = 0.05
     # A correction shorter than this leaves an error of its square: enough to bracket zeros
     last_step: float = 1e-4
+    # Power of the fraction of a doubled branch that is left, by which guesses move as its beginning
+    # does
+    fading: int = 4
     # What is farther from its guess is another orbit
     longest: float = 0.5
     # Known orbits this near to a limit are left out, over the length of the branch: the limit
@@ -59,7 +63,8 @@ class MovedRules:
     dropped: float = 0.4
 
 
-MOVED = MovedRules()
+MOVED, SETTINGS = MovedRules(), Settings()
+TOLERANCE = SETTINGS.newton.tolerance
 
 UNFINISHED = "moved from neighboring parameter values as far as that is sure; the rest follows"
 
@@ -83,7 +88,7 @@ def moved_branches(
     if not (model.forced and all(map(_is_ordinary, known))):
         return None
     try:
-        return _Moved(known, model, span).branches()
+        return _moved(known, model, span)
     except (InputError, *BREAKDOWNS):
         return None
 
@@ -99,66 +104,45 @@ def _is_ordinary(branch: Branch) -> bool:
     )
 
 
-class _Moved:
-    """A known response whose orbits are corrected at other parameter values."""
-
-    def __init__(self, known: Sequence[Branch], model: Model, span: tuple[float, float]) -> None:
-        self._known, self._span, self._settings = known, span, Settings()
-        first = known[0]
-        model = model.replace(**{first.vary: span[0]})
-        self._model = model.with_scales(first.model.estimated_scales)
-        self._width = abs(span[1] - span[0])
-
-    def branches(self) -> tuple[Branch, ...] | None:
-        """Return the branches, None where they may differ."""
-        first, settings = self._known[0], self._settings
-        orbits = forced_orbits(self._model, first.vary, self._width, settings)
-        if not isinstance(orbits.by, Shooting) or orbits.segments != first.nodes.shape[1]:
+def _moved(
+    known: Sequence[Branch], model: Model, span: tuple[float, float]
+) -> tuple[Branch, ...] | None:
+    """Return the branches at the model's parameter values, None where they may differ."""
+    vary, width = known[0].vary, abs(span[1] - span[0])
+    scales = known[0].model.estimated_scales
+    model = model.replace(**{vary: span[0]}).with_scales(scales)
+    orbits = forced_orbits(model, vary, width, SETTINGS)
+    if not isinstance(orbits.by, Shooting) or orbits.segments != known[0].nodes.shape[1]:
+        return None
+    both = np.array([[orbits.by.sizes, orbits.scales]])
+    batch, case = OrbitBatch(model, model.vector[None], both, (vary, width)), BatchedCase(model)
+    pairs = [(known[0], BatchedBranch(0, orbits, []))]
+    while pairs:
+        lines = [_Line(batch, *pair) for pair in pairs]
+        if not all(line.follow() for line in lines):
             return None
-        scales = np.array([[orbits.by.sizes, orbits.scales]])
-        given = self._model, self._model.vector[None], scales, (first.vary, self._width)
-        batch, case = OrbitBatch(*given), BatchedCase(self._model)
-        pairs = [(first, BatchedBranch(0, orbits, []))]
-        while pairs:
-            lines = [_Line(batch, *pair) for pair in pairs]
-            if not all(line.follow() for line in lines):
-                return None
-            own = [branch for _, branch in pairs]
-            tolerance = settings.newton.tolerance
-            locate_bifurcations(batch, [case], own, self._span, tolerance)
-            if case.failure or not all(line.is_same() for line in lines):
-                return None
-            refine_points(batch, [case], own, tolerance)
-            if not all(branch.points for branch in own):
-                return None
-            for known, branch in pairs:
-                if known.stopped.kind != "span":
-                    place = branch.orbits.place(branch.points[-1].z)
-                    branch.stopped = End("unfinished", UNFINISHED, place)
-            children = doubled_branches([case], batch.period, settings)
-            batch = batch.of_period(2 * batch.period)
-            pairs = self._paired(case, children)
-            if len(pairs) < len(children):
-                return None
-        if len(case.branches) < len(self._known):
+        locate_bifurcations(batch, [case], [branch for _, branch in pairs], span, TOLERANCE)
+        if case.failure or not all(line.is_same() for line in lines):
             return None
-        moved = case.assembled(first.vary, self._span[0])
-        return moved if all(map(_leads_alike, self._known, moved)) else None
-
-    def _paired(
-        self, case: BatchedCase, children: Sequence[BatchedBranch]
-    ) -> list[tuple[Branch, BatchedBranch]]:
-        """Return each doubled branch with the one that is known to begin there."""
-        pairs = []
-        for child in children:
-            assert child.parent is not None  # it begins on another
-            found = case.branches[child.parent - 1].found
-            (place,) = (i for i, item in enumerate(found) if item is child.origin)
-            number = self._known[child.parent - 1].special[place].leads_to
-            own = [item for item in self._known if item.id == number]
-            if own and own[0].parent == child.parent:
-                pairs.append((own[0], child))
-        return pairs
+        for line in lines:
+            complete(line.followed, case, None, TOLERANCE)
+        if not all(branch.points for _, branch in pairs):
+            return None
+        for before, branch in pairs:
+            if before.stopped.kind != "span":
+                place = branch.orbits.place(branch.points[-1].z)
+                branch.stopped = End("unfinished", UNFINISHED, place)
+        children = doubled_branches([case], batch.period, SETTINGS)
+        batch = batch.of_period(2 * batch.period)
+        own = [item for item in known if item.parent is not None and item.period == batch.period]
+        if len(own) != len(children):
+            return None
+        pairs = list(zip(own, children, strict=True))
+    if len(case.branches) < len(known):
+        return None
+    # Uncertainties take as long as normal forms; they are computed once the branch is followed.
+    moved = case.assembled(vary, span[0], lambda item: with_normal_form(item, bare(item)))
+    return moved if all(map(_leads_alike, known, moved)) else None
 
 
 def _leads_alike(known: Branch, moved: Branch) -> bool:
@@ -176,22 +160,25 @@ class _Line:
     def __init__(self, batch: OrbitBatch, known: Branch, branch: BatchedBranch) -> None:
         self._batch, self._known, self._branch = batch, known, branch
         self._reached = 0.0  # arclength on the known branch
+        self.followed: FollowedOrbits  # once it is followed
 
     def follow(self) -> bool:
         """Give the branch its points and brackets; return whether that is sure."""
-        guesses, zeros, places = self._guesses()
+        guesses, places = self._guesses()
         rows = np.gradient(guesses, axis=0)
         branch, ends = self._branch, self._known.stopped.kind
         branch.end = "span"
-        if branch.first is not None:
+        if branch.first is not None:  # the beginning moves as it does on the parent
+            left = (1 - places / places[-1]) ** MOVED.fading
+            guesses += left[:, None] * (branch.first.z - guesses[0])
             if branch.first.tangent @ rows[0] < 0:
                 branch.first = branch.orbits.turned(branch.first)
-            guesses, rows, zeros, places = guesses[1:], rows[1:], zeros[1:], places[1:]
+            guesses, rows, places = guesses[1:], rows[1:], places[1:]
         held = [0] * (branch.first is None) + [-1] * (ends == "span")
         rows[held] = hold_parameter(self._batch.size) * np.sign(rows[held, -1:])
         rows /= np.linalg.norm(rows, axis=1)[:, None]
-        given = self._only(guesses), guesses, rows, MOVED.last_step, MOVED.longest
-        found = self._batch.correct(*given)
+        some = np.zeros(len(guesses), dtype=int)  # there is one case
+        found = self._batch.correct(some, guesses, rows, MOVED.last_step, MOVED.longest)
         found.z[held, -1] = guesses[held, -1]
         count = int(np.argmin(found.found)) if not found.found.all() else len(guesses)
         chosen = _forward(found, count, branch.first)
@@ -204,23 +191,18 @@ class _Line:
         if len(chosen) < (1 - MOVED.dropped) * len(guesses):
             return False
         self._reached = float(places[chosen[-1]])
-        parts = found.z, found.tangents, found.monodromies
-        return self._bracket(Solutions(*(part[chosen] for part in parts)), zeros[chosen])
+        exact = self._batch.settled(some[chosen], found.z[chosen], rows[chosen], TOLERANCE)
+        return bool(exact.found.all()) and self._bracket(exact)
 
     def is_same(self) -> bool:
-        """Whether the bifurcations are those that are known as far as that, none near another."""
-        known, found = self._known.special, self._branch.found
+        """Whether what was bracketed are bifurcations, none near another."""
+        found = self._branch.found
         nearest = MOVED.distinct * self._branch.steps[-1][2]
-        expected = [item.type for item in known if item.arclength < self._reached]
         apart = np.diff([item.point.arclength for item in found]) > nearest
-        return [item.type for item in found] == expected and bool(apart.all())
+        return len(found) == len(self._branch.brackets) and bool(apart.all())
 
-    def _only(self, z: Array) -> Indices:
-        """Return the number of the only case for each of some orbits."""
-        return np.zeros(len(z), dtype=np.int64)
-
-    def _guesses(self) -> tuple[Array, NDArray[np.str_], Array]:
-        """Return known orbits in order, the types of those that are special, and arclengths.
+    def _guesses(self) -> tuple[Array, Array]:
+        """Return known orbits in order, special ones among them, and arclengths.
 
         None is needlessly close to another.
         """
@@ -234,22 +216,21 @@ class _Line:
         order = np.argsort(places)
         nodes = np.array([*known.nodes[chosen], *(item.nodes for item in special)])[order]
         values = [*known.parameter[chosen], *(item.value for item in special)]
-        guesses = self._batch.join(self._only(nodes), nodes, np.array(values)[order])
-        types = [""] * len(chosen) + [item.type for item in special]
-        return guesses, np.array(types)[order], places[order]
+        guesses = self._batch.join(np.zeros(len(nodes), int), nodes, np.array(values)[order])
+        return guesses, places[order]
 
     def _until_limit(self, z: Array) -> int:
         """Return how many orbits keep all limits; near the last, where the known branch ended."""
         limits, count = self._batch.model.limits, len(z)
         last = slice(-(len(z) // 2), None)
-        margins = self._batch.margins(self._only(z[last]), z[last])
+        margins = self._batch.margins(np.zeros(len(z[last]), int), z[last])
         kept = np.asarray((margins > 0).all(axis=1))
         return count if not limits or kept.all() else count - len(kept) + int(np.argmin(kept))
 
-    def _bracket(self, result: Solutions, zeros: NDArray[np.str_]) -> bool:
-        """Store the points, and bracket zeros between them; return whether none may hide.
+    def _bracket(self, result: Converged) -> bool:
+        """Store the points, and bracket zeros between them; return whether they are those known.
 
-        `zeros` are the types of points that were special, empty of others.
+        What was a special point is near the zero, so that few more orbits are needed.
         """
         branch, first = self._branch, self._branch.first
         z, tangents, tests = result.z, result.tangents, result.tests
@@ -257,22 +238,24 @@ class _Line:
         if first is not None:  # no test function changes sign there: it takes its neighbor's
             z, tangents = np.vstack([first.z, z]), np.vstack([first.tangent, tangents])
             tests = np.vstack([tests[:1], tests])
-            unstable, zeros = np.append(unstable[:1], unstable), np.append("", zeros)
+            unstable = np.append(unstable[:1], unstable)
         s = _arclengths(z, tangents)
+        self.followed = FollowedOrbits(branch, result, s[-len(result.z) :])
         branch.steps[:] = list(zip(z, tangents, s.tolist(), strict=True))
         branch.stable = bool(unstable[0] == 0)
         for kind, change in CHANGES.items():
-            # What is known to be nearly zero says nothing about the signs beside it.
-            clear, values = np.flatnonzero(zeros != kind), tests[:, TESTS.index(kind)]
-            if len(clear) < 4 or _may_hide(s[clear], values[clear]):
+            values = tests[:, TESTS.index(kind)]
+            if _may_hide(s, values):
                 return False
-            for ends in map(list, pairwise(clear.tolist())):
-                counts = int(unstable[ends[0]]), int(unstable[ends[1]])
-                if abs(counts[1] - counts[0]) == change and np.prod(values[ends]) < 0:
-                    parts = z[ends], tangents[ends], s[ends], values[ends], counts
+            for i in np.flatnonzero(values[:-1] * values[1:] < 0).tolist():
+                counts = int(unstable[i]), int(unstable[i + 1])
+                near = [i, i + 1, *range(max(i - 2, 0), i), *range(i + 2, min(i + 4, len(s)))]
+                parts = z[near], tangents[near], s[near], values[near], counts
+                if abs(counts[1] - counts[0]) == change:
                     branch.brackets.append(Bracket(0, branch.orbits, kind, *parts))
-        branch.brackets.sort(key=lambda item: float(item.arclengths.sum()))
-        return True
+        branch.brackets.sort(key=lambda item: float(item.arclengths[:2].sum()))
+        expected = [item.type for item in self._known.special if item.arclength < self._reached]
+        return [item.kind for item in branch.brackets] == expected
 
 
 def _arclengths(z: Array, tangents: Array) -> Array:
@@ -281,13 +264,14 @@ def _arclengths(z: Array, tangents: Array) -> Array:
 
 
 def _thinned(s: Array, at_special: list[float]) -> list[int]:
-    """Choose points of a branch: both ends, and others not too near to another choice.
+    """Choose points of a branch: the first two, the last, and others not too near to a chosen one.
 
-    Between two special points at least one is chosen, so that they are distinguished.
+    A special point may move to just beside the first. Between two special points at least one is
+    chosen, so that they are distinguished.
     """
     apart = MOVED.apart * float(np.ptp(s))
-    chosen = [0, len(s) - 1]
-    taken = [float(s[0]), float(s[-1]), *at_special]
+    chosen = [0, min(1, len(s) - 1), len(s) - 1]
+    taken = [*s[chosen].tolist(), *at_special]
     for left, right in pairwise(sorted(taken)):
         inside = np.flatnonzero((s > left) & (s < right))
         if len(inside):

@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Any
 
@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from slipfold.errors import unknown
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.model import Model
-from slipfold.models.quantities import Output, State
 from slipfold.progress import Observer, Progress
 
 Emit = Callable[[dict[str, Any]], None]
@@ -83,17 +82,15 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
     >>> axis_of(SlidingOscillator(), "alpha")["label"]
     'α'
     """
-    for parameter in model.parameters:
-        if parameter.name == name:
-            same = [item.symbol for item in model.parameters].count(parameter.symbol) > 1
-            return _axis(name, "" if same else parameter.symbol, parameter.unit, parameter.doc)
-    quantities: list[State | Output] = [*model.states, *model.outputs()]
-    for item in quantities:
-        if item.name == name:
-            same = [other.label for other in quantities].count(item.label) > 1
-            return _axis(name, "" if same else item.label, item.unit, item.doc)
-    names = [item.name for item in quantities]
-    raise unknown(f"{model.name} has no output", name, names)
+    quantities: list[Any] = [*model.states, *model.outputs()]
+    kinds: list[tuple[Sequence[Any], str]] = [(model.parameters, "symbol"), (quantities, "label")]
+    for items, key in kinds:
+        labels = [getattr(item, key) for item in items]
+        for item, label in zip(items, labels, strict=True):
+            if item.name == name:
+                alone = label if labels.count(label) == 1 else ""
+                return _axis(name, alone, item.unit, item.doc)
+    raise unknown(f"{model.name} has no output", name, [item.name for item in quantities])
 
 
 def formula_of(name: str) -> str:
