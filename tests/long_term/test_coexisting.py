@@ -56,9 +56,12 @@ def test_a_box_that_holds_no_start_of_its_basin_finds_nothing():
 
 
 def test_nothing_is_found_twice_where_everything_is_connected():
-    diagram = sf.response(sf.built_in_models()["duffing"](), vary="W", span=(0.9, 1.5), search=True)
+    duffing = sf.built_in_models()["duffing"]
+    diagram = sf.response(duffing(), vary="W", span=(0.9, 1.5), search=True)
     assert len(diagram.branches) == 1
     assert diagram.searched.found == ()
+    slow = sf.response(duffing(d=1e-3, F=1e-4), vary="W", span=(1.6, 1.7), search=True)
+    assert "128 of 128 starts had not settled after 256 periods" in slow.summary()
     assert "no more branches" in diagram.summary()
 
 

@@ -40,9 +40,8 @@ class BranchSearch(Documented):
     starts: Annotated[int, "Trajectories at each value."]
     found: Annotated[tuple[int, ...], "Ids of the branches that were found."]
     interrupted: Annotated[bool, "Whether the search was interrupted."] = False
-    undecided: Annotated[
-        int, "Trajectories, of all, that came to no motion that can be followed."
-    ] = 0
+    undecided: Annotated[int, "Trajectories, of all, that had not settled after `periods`."] = 0
+    periods: Annotated[int, "Periods of each trajectory."] = ATTRACTOR.search_periods
 
 
 class Follow(Protocol):
@@ -271,7 +270,7 @@ class _Seen:
 
 def _seen(model: Model, value: float, box: Box, on_progress: Observer | None) -> _Seen:
     starts = box.starts(ATTRACTOR.search_starts, 0)
-    searched = search(model, starts, 256, on_progress, measure=False)  # periods of each trajectory
+    searched = search(model, starts, ATTRACTOR.search_periods, on_progress, measure=False)
     begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]
     if not model.forced:
         resting = equilibria_in(model, starts)

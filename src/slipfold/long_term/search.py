@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError, unknown
 from slipfold.flow.ensembles import released
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equilibrium import with_duration
+from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import CLASSIFICATION
@@ -85,6 +87,9 @@ def box_around(model: Model, reached: Array | None = None) -> Box:
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """Labels of starts that converge to no attractor."""
+
+# All states about it are at rest too, so that it attracts nothing
+STUCK = GuardStop("rest in stick", "the contacts hold it where it is", np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,6 +222,11 @@ class _Search:
                 known = self._verified.attractor_near(self._last[index], sticks)
                 if known is not None:
                     self._add(known)
+        moved = np.ptp(self._last, axis=1) / self._verified.model.state_scales()
+        still = self._trajectories.stuck & (moved.max(axis=1) <= ROUNDING)
+        for index in np.flatnonzero(still & (self._labels == UNFINISHED)):
+            self._trajectories.stops[int(index)] = STUCK
+            self._labels[index] = ENDED
 
     def _measure_open(self) -> None:
         """Identify tori and chaos by their exponents."""
