@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.dry_friction import den_hartog
+from helpers.dry_friction import belt, den_hartog
 from slipfold.bifurcations.branches import switching_boundaries
 from slipfold.continuation import pieces
 from slipfold.orbits.kinds import ForcedOrbits
@@ -80,3 +80,14 @@ def test_a_branch_that_turns_back_where_it_touches_is_followed(span: tuple[float
     assert cycles.parameter[-1] == 0.9
     beyond = cycles.orbit(len(cycles) - 1)
     assert beyond.stuck_fraction > 0
+
+
+@pytest.mark.parametrize("first", [0.3, 0.45])
+def test_the_branch_of_a_damped_belt_ends_where_slip_only_just_stops(first: float) -> None:
+    model = belt(sf.Coulomb(mu_s=0.5, mu_k=0.3), first, 0.02)
+    diagram = sf.response(sf.periodic_orbit(model, state={"x": 2.0}), "Vd", (first, 1.0))
+    (point,) = diagram.branches[0].special
+    # v'' + c v' + v = 0 from v = V, v' = mu_k - mu_s: the next maximum of v in closed form is V.
+    assert point.type == "GRAZE"
+    assert abs(point.value - 0.5478480833575481) < point.uncertainty < 1e-9
+    assert diagram.checked.agree

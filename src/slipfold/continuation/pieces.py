@@ -254,6 +254,9 @@ def across_gap(curve: Curve[P], last: P) -> P | None:
 POWERS = np.array([0.0, 1.0, 1.5, 2.0])
 """Powers of the vanishing function in which unknowns are expanded."""
 
+ROOTS = np.array([0.0, 0.5, 1.0, 1.5])
+"""Those where unknowns are smooth in its root."""
+
 AIMS = 2.0 ** np.array([3.0, 2.0, 1.0, 0.0])
 """Values of the function at the points from which the zero is extrapolated, over the smallest."""
 
@@ -288,12 +291,17 @@ class Vanishing(Generic[P]):
 
 
 def locate_vanishing(
-    curve: Curve[P], start: P, left: Callable[[P], float | None], least: float, farthest: float
+    curve: Curve[P],
+    start: P,
+    left: Callable[[P], float | None],
+    least: float,
+    farthest: float,
+    powers: Array = POWERS,
 ) -> Vanishing[P] | None:
     """Return the zero of a positive function of the points of a piece, beyond a point of it.
 
     Points are computed where the function is not below `least`. None if there is no zero within the
-    arclength `farthest`.
+    arclength `farthest`. The unknowns are expanded in `powers` of the function, shape (4,).
     """
     row, passed = start.tangent, [(0.0, start.z)]
 
@@ -328,7 +336,7 @@ def locate_vanishing(
         before, earlier, here, last = here, last, s, nearer[1]
     else:
         return None
-    return _expanded([at(zero - aim / rate) for aim in aims])
+    return _expanded([at(zero - aim / rate) for aim in aims], powers)
 
 
 def _extrapolated(passed: Sequence[tuple[float, Array]], s: float, row: Array) -> Array:
@@ -339,15 +347,15 @@ def _extrapolated(passed: Sequence[tuple[float, Array]], s: float, row: Array) -
     return np.asarray(weights @ np.array([z for _, z in passed]))
 
 
-def _expanded(computed: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None:
+def _expanded(computed: Sequence[tuple[P, float] | None], powers: Array) -> Vanishing[P] | None:
     """Extrapolate the zero from points before it, with the function at each of them."""
     known = [item for item in computed if item is not None]
     values = np.array([value for _, value in known])
     if len(known) < len(computed) or not (np.diff(values) < 0).all():
         return None
     unknowns, scaled = np.array([point.z for point, _ in known]), values[:, None] / values[0]
-    weights = np.linalg.inv(scaled**POWERS)[0]
-    fewer = np.linalg.inv(scaled[1:] ** POWERS[:-1])[0]
+    weights = np.linalg.inv(scaled**powers)[0]
+    fewer = np.linalg.inv(scaled[1:] ** powers[:-1])[0]
     z = weights @ unknowns
     return Vanishing(
         tuple(point for point, _ in known), weights, values, z, np.abs(z - fewer @ unknowns[1:])

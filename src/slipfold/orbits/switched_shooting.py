@@ -128,25 +128,28 @@ class SwitchedShooting(Shooting):
         more = np.array(now.holding) > (1 + CONTACT.slack) * np.array(now.starting)
         return bool(more[which].all())
 
-    def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
-        """Return the slowest growth of the force that friction lacks where it releases a contact.
+    def slowest_end(self, nodes: Array, constants: Constants, how: Ending) -> float | None:
+        """Return the slowest rate a phase at which contacts on a line are released, or stop.
 
-        It is divided by the margin at the beginning of the stop, a phase. None where no contact on
-        a line is released.
+        At a release it is the growth of the force that friction lacks, over the margin at the
+        beginning of the stop; at a stop that of slip, over its scale. None where none ends so.
         Shapes: nodes (m, n).
         """
         found, none, before = list[float](), np.empty((len(constants.values), 0)), nodes[0]
+        system = self.switched.system(nodes[0], constants, energies=False)
         for part, _ in self.round(nodes, constants):
             event = part.event
             if (
                 event is not None
-                and event.ending is Ending.YIELDS
-                and part.mode[event.which] is Status.STICK
+                and event.ending is how
+                and (part.mode[event.which] is Status.STICK) == (how is Ending.YIELDS)
                 and len(self.switched.contacts[event.which].slip) == 1
             ):
                 mode = self.switched.mode(reported_mode(part.mode))
                 slopes, which = mode.slopes_of(event)
-                size = slopes.values(before[None], np.array([part.begin]), constants)[0, which]
+                size = 1 / system.weights[event.which]
+                if how is Ending.YIELDS:
+                    size = slopes.values(before[None], np.array([part.begin]), constants)[0, which]
                 rates = mode.flow.rates(part.state[None], np.array([part.end]), constants)[0]
                 by_state, by_phase, _ = slopes.at(part.state, part.end, constants, none)
                 found.append(abs(float((by_state[which] @ rates + by_phase[which]) / size)))

@@ -14,6 +14,8 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
     PIECE,
+    POWERS,
+    ROOTS,
     PieceBoundary,
     Vanishing,
     across_gap,
@@ -26,7 +28,7 @@ from slipfold.continuation.pieces import (
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
-from slipfold.flow.modes import GRAZED, Mode, Status
+from slipfold.flow.modes import GRAZED, Ending, Mode, Status
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.marginal import MarginalShooting
@@ -217,11 +219,15 @@ class SwitchingBoundaries:
 
 
 def _vanishing(
-    orbits: Orbits, start: OrbitPoint, left: Callable[[OrbitPoint], float | None], ahead: float
+    orbits: Orbits,
+    start: OrbitPoint,
+    left: Callable[[OrbitPoint], float | None],
+    ahead: float,
+    powers: Array = POWERS,
 ) -> Vanishing[OrbitPoint] | None:
     """Return where slip, a stop, or a margin vanishes ahead of a point, None if nowhere."""
-    places = (locate_vanishing(orbits, start, left, least, ahead) for least in RULES.smallest)
-    return next(filter(None, places), None)
+    found = (locate_vanishing(orbits, start, left, each, ahead, powers) for each in RULES.smallest)
+    return next(filter(None, found), None)
 
 
 def _at(point: OrbitPoint) -> tuple[Array, Constants]:
@@ -274,11 +280,11 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     by = orbits.by
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
-    change = _several_ahead(traced) or _change_ahead(last, RULES.nearly)
+    change = _several_ahead(traced) or _change_ahead(last, RULES.nearly) or _stop_ahead(traced)
     if change is not None:
         _note(traced, change)
         return
-    release = by.slowest_release(*_at(last))
+    release = by.slowest_end(*_at(last), Ending.YIELDS)
     if release is not None and release < RULES.barely:
         traced.end = End("limit", RELEASED, last.curve.place(last.z))
 
@@ -313,11 +319,38 @@ def _several_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
     def left(point: OrbitPoint) -> float:
         return change.condition_of(point.curve.orbits.by, *_at(point))[0]
 
-    start = next((point for point in reversed(traced.points) if left(point) > RULES.near), None)
+    return _extrapolated(traced, left)
+
+
+def _stop_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
+    """Return where slip at the end of a piece only just stops, None if it does not.
+
+    Its slope vanishes there, on which the orbit depends smoothly. The square goes with the way.
+    """
+
+    def left(point: OrbitPoint) -> float | None:
+        by = point.curve.orbits.by
+        slope = by.slowest_end(*_at(point), Ending.STOPS) if isinstance(by, SwitchedShooting) else 0
+        return slope and slope**2
+
+    found = _extrapolated(traced, left, ROOTS)
+    return found and replace(
+        found, point=replace(found.place.nearest, z=found.place.z, arclength=found.point.arclength)
+    )
+
+
+def _extrapolated(
+    traced: TracedCurve[OrbitPoint],
+    left: Callable[[OrbitPoint], float | None],
+    powers: Array = POWERS,
+) -> FoundGrazing | None:
+    """Return where what is left vanishes, from orbits before the end of a piece, if just there."""
+    last = traced.points[-1]
+    start = next((one for one in reversed(traced.points) if (left(one) or 0) > RULES.near), None)
     if start is None or start.piece != last.piece or not isinstance(start.curve, Orbits):
         return None
     ahead = last.arclength - start.arclength
-    place = _vanishing(start.curve, start, left, 2 * ahead)
+    place = _vanishing(start.curve, start, left, 2 * ahead, powers)
     if place is None:
         return None
     beyond = float(np.linalg.norm(place.z - start.z)) - ahead
