@@ -20,6 +20,7 @@ class Found(Generic[P]):
     slope: float  # derivative of the test function along the curve
     # Unit tangent of the other curve at a branch point; None elsewhere, and where none crosses
     other: Array | None = None
+    unsure: float = 0.0  # uncertainty of its component along the parameter
 
 
 @dataclass(eq=False)

@@ -231,7 +231,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         if crossing is None:
             slope = (b.tests["fold"] - a.tests["fold"]) / (b.arclength - a.arclength)
             return Found("BP", point, slope)
-        return Found("BP", crossing.point, np.inf, crossing.other)
+        return Found("BP", crossing.point, np.inf, crossing.other, crossing.unsure)
 
     def _beside_branch_point(
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,8 +20,8 @@ class CrossingRules:
     """Rules for branch points."""
 
     # Half the distance over which first derivatives are differenced, in scaled variables: the error
-    # of second derivatives is 1e-8 for truncation and 1e-9 for rounding. They serve directions to
-    # start in, which are corrected, and converge a quadratic iteration
+    # of second derivatives is 1e-9 for rounding, and for truncation 1e-8, or 1e-4 where contacts
+    # change nearby; the last ones are extrapolated from twice as much and half of it
     step: float = 1e-4
     iterations: int = 8  # maximum corrections of a branch point
     slope: float = 1e-6  # minimum slope, over the largest, of a number that crosses zero
@@ -41,6 +42,7 @@ class Crossing:
 
     point: OrbitPoint  # the orbit, with the tangent of the branch on which it was met
     other: Array  # unit tangent of the other branch
+    unsure: float  # uncertainty of its component along the parameter
     rounding: float  # what rounding can do to the parameter
     blurred: float  # what it can do to the place on a branch, in arclength
 
@@ -62,7 +64,7 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     reduced = _Reduction(curve, point.z)
     place = np.zeros(2)
     for _ in range(CROSSING.iterations):
-        slopes, hessian = reduced.slopes(place), reduced.hessian(place)
+        slopes, hessian = reduced.slopes(place), reduced.hessian(place, CROSSING.step)
         if not np.isfinite(hessian).all() or abs(np.linalg.det(hessian)) < CROSSING.slope**2:
             return None
         step = np.linalg.solve(hessian, -slopes)
@@ -74,20 +76,26 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     solved = reduced.solve(place)
     if solved is None:
         return None
-    hessian = reduced.hessian(place)
-    directions = _zero_directions(hessian)
-    if directions is None:
+    by_step = [reduced.hessian(place, 2.0**k * CROSSING.step) if k else hessian for k in (1, 0, -1)]
+    coarse, hessian = (fine + (fine - other) / 3 for other, fine in pairwise(by_step))
+    directions, near = _zero_directions(hessian), _zero_directions(coarse)
+    if directions is None or near is None:
         return None
     if abs(solved.remainder) > CROSSING.remains * curve.orbits.by.remainder:
         raise LostCurveError("two branches come close and turn away from each other")
-    tangents = [_unit(solved.moves @ direction) for direction in directions]
+    tangents, others = (
+        [_unit(solved.moves @ each) for each in them] for them in (directions, near)
+    )
     alike = [float(tangent @ along) for tangent in tangents]
     own = int(np.abs(alike).argmax())
+    other = _oriented(tangents[1 - own])
+    again = max(others, key=lambda tangent: abs(tangent @ other))
+    unsure = abs(float(other[-1]) - float(again[-1] * np.sign(again @ other)))
     found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
     # Rounding of the slopes moves the place, and with it the parameter.
     moves = solved.rounding * solved.moves @ np.linalg.inv(hessian)
     rounding, blurred = float(np.linalg.norm(moves[-1])), float(np.linalg.norm(moves, 2))
-    return Crossing(found, _oriented(tangents[1 - own]), rounding, blurred)
+    return Crossing(found, other, unsure, rounding, blurred)
 
 
 def _as_point(curve: OrbitCurve, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
@@ -159,11 +167,10 @@ class _Reduction:
         solved = self.solve(place)
         return np.full(2, np.nan) if solved is None else solved.slopes
 
-    def hessian(self, place: Array) -> Array:
+    def hessian(self, place: Array, step: float) -> Array:
         """Return its second derivatives, shape (2, 2), by central differences of the first."""
-        steps = CROSSING.step * np.eye(2)
-        rows = [self.slopes(place + step) - self.slopes(place - step) for step in steps]
-        hessian = np.array(rows) / (2 * CROSSING.step)
+        rows = [self.slopes(place + way) - self.slopes(place - way) for way in step * np.eye(2)]
+        hessian = np.array(rows) / (2 * step)
         return 0.5 * (hessian + hessian.T)
 
     def solve(self, place: Array) -> _Solved | None:

@@ -110,7 +110,7 @@ def _coefficient(
 
 
 def _form_of(found: Found) -> str | None:
-    """Return which normal form a bifurcation has; None for a branch point that no branch crosses.
+    """Return which normal form a bifurcation has; None for a branch point where it is not known.
 
     Where one of the two branches turns, it bends back on both sides: a pitchfork.
     """
@@ -118,8 +118,10 @@ def _form_of(found: Found) -> str | None:
         return found.type
     if found.other is None:
         return None
-    slopes = abs(found.point.tangent[-1]), abs(found.other[-1])
-    return "pitchfork" if min(slopes) < BIFURCATION.turning else "transcritical"
+    slope = min(abs(found.point.tangent[-1]), abs(found.other[-1]))
+    if found.unsure > max(slope, BIFURCATION.turning):
+        return None
+    return "pitchfork" if slope < BIFURCATION.turning else "transcritical"
 
 
 def _describe_event(orbits: Orbits, found: Happened) -> SpecialPoint:
@@ -178,10 +180,10 @@ def _named(found: Found) -> tuple[str, str]:
         return found.type, found.name
     if found.type in CONTACT_TYPES:
         return found.type, CONTACT_TYPES[found.type].title
-    form = _form_of(found) or "BP"
-    if form == "transcritical":
-        return found.type, "transcritical branch point"
-    return found.type, form if form == "pitchfork" else BIFURCATION_TYPES[form].title
+    form = _form_of(found) or ("BP" if found.other is None else "pitchfork or transcritical")
+    if form in BIFURCATION_TYPES:
+        return found.type, BIFURCATION_TYPES[form].title
+    return found.type, form if form == "pitchfork" else f"{form} branch point"
 
 
 def _uncertain(found: Found, uncertainty: float, multiplier_uncertainty: Array) -> SpecialPoint:

@@ -95,7 +95,7 @@ class SpecialPoint(LocatedPoint):
                 "criticality unknown: several multipliers are critical at once, as by a symmetry"
                 f"{followed.get(self.type, '')}"
             )
-        if self.type == "BP" and self.coefficient is None and self.name != "pitchfork":
+        if self.type == "BP" and self.name == BIFURCATION_TYPES["BP"].title:
             return "no other branch was found to cross here"
         if self.coefficient is None or not np.isfinite(self.coefficient):
             return (

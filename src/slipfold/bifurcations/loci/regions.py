@@ -243,7 +243,7 @@ def _forks(line: FanLine) -> Iterator[float]:
     for point in (point for branch in line.branches for point in branch.special):
         others = np.delete(point.multipliers, np.abs(point.multipliers - 1).argmin())
         # At a transcritical point two responses exchange stability: their number stays.
-        if point.type == "BP" and point.criticality is not None and (np.abs(others) <= 1).all():
+        if point.name == "pitchfork" and (np.abs(others) <= 1).all():
             yield point.value
 
 
