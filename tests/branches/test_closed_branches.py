@@ -110,10 +110,7 @@ def test_a_pendulum_that_swings_past_the_horizontal_closes_on_no_doubling():
     pendulum = sf.System(
         name="pendulum on a moving support",
         parameters={"W": 2},
-        states={
-            "th": {"rate": "v", "angle": True},
-            "v": "-0.1*v - (1 + 0.1*W^2*cos(W*t))*sin(th)",
-        },
+        states={"th": {"rate": "v", "angle": True}, "v": "-0.1*v - (1 + 0.1*W^2*cos(W*t))*sin(th)"},
         forcing={"period": "2*pi/W"},
     )
     rest, swinging = sf.response(pendulum, vary="W", span=(1.5, 2.3)).branches

@@ -86,10 +86,7 @@ def test_one_of_several_equilibria_is_followed(side):
 def test_the_start_of_a_forced_model_says_which_well(side):
     wells = sf.System(
         parameters={"F": 0.05},
-        states={
-            "q": {"rate": "v", "start": side},
-            "v": "F*cos(1.2*t) + q - q^3 - 0.2*v",
-        },
+        states={"q": {"rate": "v", "start": side}, "v": "F*cos(1.2*t) + q - q^3 - 0.2*v"},
         forcing={"period": "2*pi/1.2", "amplitude": "F"},
     )
     diagram = sf.response(wells, "F", (0.05, 0.1))

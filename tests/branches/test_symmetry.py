@@ -32,10 +32,7 @@ def three():
 @pytest.fixture(scope="module")
 def four():
     """Four Brusselators: the determinant of the first modes, 2.2 - B, is zero twice at B = 2.2."""
-    states = {
-        "a": ("1 - (B + 1)*{a} + {a}^2*{b}", 1.0),
-        "b": ("B*{a} - {a}^2*{b}", 1.5),
-    }
+    states = {"a": ("1 - (B + 1)*{a} + {a}^2*{b}", 1.0), "b": ("B*{a} - {a}^2*{b}", 1.5)}
     model = ring("four cells", 4, {"B": 1.2, "k": 0.05}, states, {"a": "k", "b": "10*k"})
     return sf.response(model, "B", (1.2, 2.6), settings=sf.Settings(largest_period=0))
 

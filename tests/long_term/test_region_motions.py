@@ -89,10 +89,7 @@ def test_an_interrupt_keeps_the_regions():
 
 
 def motions():
-    return (
-        RegionMotion((12.5, 0.06), "torus", 0, 1e-9),
-        RegionMotion((12.5, 0.12), "periodic", 8),
-    )
+    return (RegionMotion((12.5, 0.06), "torus", 0, 1e-9), RegionMotion((12.5, 0.12), "periodic", 8))
 
 
 def asked(monkeypatch, interrupted=False, **keys):

@@ -67,10 +67,7 @@ def test_a_branch_that_turns_back_where_it_touches_is_followed(span: tuple[float
         [[320000.0, -3200.0], [-3200.0, 900.0]],
         names="x theta",
         contacts=sf.FrictionContact(
-            {"x": 1.0, "theta": 0.02},
-            sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3),
-            load=150.0,
-            Vd=1.5,
+            {"x": 1.0, "theta": 0.02}, sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3), load=150.0, Vd=1.5
         ),
     )
     _, cycles = sf.response(model, "Vd", span).branches

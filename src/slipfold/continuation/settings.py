@@ -10,16 +10,20 @@ from slipfold.read_only import Documented
 from slipfold.text import call_text
 
 
-@dataclass(frozen=True, repr=False)
-class Newton(Documented):
-    """Convergence criteria of Newton's method."""
-
-    tolerance: Annotated[float, "Maximum residual of an accepted orbit, in scaled states."] = 1e-10
-    iterations: Annotated[int, "Corrections before a step counts as failed."] = 8
+class _Given(Documented):
+    """Settings that are shown as the call that makes them."""
 
     def __repr__(self) -> str:
         """What was given."""
         return call_text(self)
+
+
+@dataclass(frozen=True, repr=False)
+class Newton(_Given):
+    """Convergence criteria of Newton's method."""
+
+    tolerance: Annotated[float, "Maximum residual of an accepted orbit, in scaled states."] = 1e-10
+    iterations: Annotated[int, "Corrections before a step counts as failed."] = 8
 
     def __post_init__(self) -> None:
         """Refuse tolerances that mean nothing in double precision."""
@@ -32,7 +36,7 @@ class Newton(Documented):
 
 
 @dataclass(frozen=True, repr=False)
-class Steps(Documented):
+class Steps(_Given):
     """Lengths of steps along a branch.
 
     Lengths are arclengths in scaled variables: states in scales in which they contribute equally,
@@ -56,10 +60,6 @@ class Steps(Documented):
         "canards of a neuron with a ratio of times of 1000 need the most, 2,500.",
     ] = 3000
 
-    def __repr__(self) -> str:
-        """What was given."""
-        return call_text(self)
-
     def __post_init__(self) -> None:
         """Refuse steps that contradict each other."""
         if self.points < 1:
@@ -73,7 +73,7 @@ class Steps(Documented):
 
 
 @dataclass(frozen=True, repr=False)
-class Stepping(Documented):
+class Stepping(_Given):
     """Settings that any curve needs."""
 
     newton: Annotated[Newton, "Convergence criteria."] = field(default_factory=Newton)
@@ -81,10 +81,6 @@ class Stepping(Documented):
 
     coarse: ClassVar[float] = 1.0
     """Factor on the allowed errors of predictions, if nothing is located between points."""
-
-    def __repr__(self) -> str:
-        """What was given."""
-        return call_text(self)
 
 
 class Coarse(Stepping):

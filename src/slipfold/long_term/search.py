@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError, unknown
-from slipfold.flow.ensembles import released
 from slipfold.flow.batches import ROUNDING
+from slipfold.flow.ensembles import released
 from slipfold.flow.equilibrium import with_duration
-from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import CLASSIFICATION
@@ -87,9 +86,6 @@ def box_around(model: Model, reached: Array | None = None) -> Box:
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """Labels of starts that converge to no attractor."""
-
-# All states about it are at rest too, so that it attracts nothing
-STUCK = GuardStop("rest in stick", "the contacts hold it where it is", np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,10 +170,12 @@ class _Search:
         if not interrupted:
             self._labels[self._labels == UNFINISHED] = UNDECIDED
         ends = Counter(stop.kind for stop in self._trajectories.stops.values())
+        # All states about one that is held are at rest too, so that it attracts nothing
+        ends["rest in stick"] = int((self._labels == ENDED).sum()) - ends.total()
         known = tuple(self._verified.known)
         found = tuple(item.attractor for item in known)
         return SearchResult(
-            self._verified.model, found, self._labels, dict(ends), interrupted, known
+            self._verified.model, found, self._labels, dict(+ends), interrupted, known
         )
 
     @property
@@ -224,9 +222,7 @@ class _Search:
                     self._add(known)
         moved = np.ptp(self._last, axis=1) / self._verified.model.state_scales()
         still = self._trajectories.stuck & (moved.max(axis=1) <= ROUNDING)
-        for index in np.flatnonzero(still & (self._labels == UNFINISHED)):
-            self._trajectories.stops[int(index)] = STUCK
-            self._labels[index] = ENDED
+        self._labels[still & (self._labels == UNFINISHED)] = ENDED
 
     def _measure_open(self) -> None:
         """Identify tori and chaos by their exponents."""

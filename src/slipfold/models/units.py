@@ -51,10 +51,7 @@ min h hr d day days week month yr year years t daN kgf gf tf mmHg atm hp BTU Btu
 psi ksi slug lb lbs lbm lbf kip oz ozf in inch ft yd mi mph gal
 """
 
-_KNOWN = {
-    *(prefix + symbol for prefix in _PREFIXES for symbol in _SYMBOLS),
-    *_WORDS.split(),
-}
+_KNOWN = {*(prefix + symbol for prefix in _PREFIXES for symbol in _SYMBOLS), *_WORDS.split()}
 """Words that units consist of."""
 
 _MEANT = {

@@ -14,12 +14,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
-from slipfold.flow.modal_equations import (
-    ForcedIntervals,
-    modal_equations_of,
-    modes_serve,
-    times,
-)
+from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of, modes_serve, times
 from slipfold.flow.modal_segments import SWEEP, ModalSegments, in_time, joined, solve_segments
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut
@@ -174,11 +169,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     # -- trajectories --------------------------------------------------------------------------
 
     def _solved(
-        self,
-        nodes: Array,
-        constants: Constants,
-        within: float = 0.0,
-        close: float = SWEEP.close,
+        self, nodes: Array, constants: Constants, within: float = 0.0, close: float = SWEEP.close
     ) -> ModalSegments | None:
         """Return the trajectories from nodes, or the last ones from nodes as near in each state.
 
@@ -304,11 +295,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     # -- states elsewhere ----------------------------------------------------------------------
 
     def _ended(
-        self,
-        solved: ModalSegments,
-        constants: Constants,
-        phases: Array,
-        close: float = SWEEP.close,
+        self, solved: ModalSegments, constants: Constants, phases: Array, close: float = SWEEP.close
     ) -> tuple[Places, Places, ModalSegments | None]:
         """Trajectories from the mesh points before phases: segments, their intervals, and these."""
         within = self.phase + (phases - self.phase) % self.period

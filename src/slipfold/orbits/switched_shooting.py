@@ -241,18 +241,22 @@ class SwitchedShooting(Shooting):
         return np.array(bent), np.array(by_parameters)
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
-        """Return the third derivatives of ends along vectors, in scaled states: by differences.
+        """Return the third derivatives of ends along vectors, in scaled states.
 
-        NaN if contacts do something else beside the orbit.
+        By differences over a step and half of it, extrapolated; NaN if contacts do something else
+        there.
         """
         found = list[Array]()
         for vector in vectors:
             over = np.linalg.norm(vector) / DIFFERENCED_TWICE
-            sides = [nodes + sign / over * vector * self.scales for sign in (1, 0, -1)]
+            sides = [nodes + sign / over * vector * self.scales for sign in (1, 0.5, 0, -0.5, -1)]
             same = len({self.piece(side, constants) for side in sides}) == 1
             ends = (self.propagate(side, self.start, self.end, constants) for side in sides)
-            plus, middle, minus = ((end[1] * self.ratios) @ vector[..., None] for end in ends)
-            found.append((plus - 2 * middle + minus)[..., 0] * (over**2 if same else np.nan))
+            slopes = np.array(
+                [((end[1] * self.ratios) @ vector[..., None])[..., 0] for end in ends]
+            )
+            weights = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 3
+            found.append(np.tensordot(weights, slopes, 1) * (over**2 if same else np.nan))
         return np.array(found)
 
     # -- trajectories --------------------------------------------------------------------------

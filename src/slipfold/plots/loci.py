@@ -270,11 +270,7 @@ def draw_loci(
 
 
 def name_loci(
-    ax: Axes,
-    diagram: LocusDiagram,
-    *,
-    regions: bool = True,
-    without: Window | None = None,
+    ax: Axes, diagram: LocusDiagram, *, regions: bool = True, without: Window | None = None
 ) -> None:
     """Name the points of codimension two of a picture, its loci and its regions.
 

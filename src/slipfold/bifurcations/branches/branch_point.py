@@ -83,14 +83,11 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
         return None
     if abs(solved.remainder) > CROSSING.remains * curve.orbits.by.remainder:
         raise LostCurveError("two branches come close and turn away from each other")
-    tangents, others = (
-        [_unit(solved.moves @ each) for each in them] for them in (directions, near)
-    )
-    alike = [float(tangent @ along) for tangent in tangents]
+    tangents = [_unit(solved.moves @ direction) for direction in (*directions, *near)]
+    alike = [float(tangent @ along) for tangent in tangents[:2]]
     own = int(np.abs(alike).argmax())
     other = _oriented(tangents[1 - own])
-    again = max(others, key=lambda tangent: abs(tangent @ other))
-    unsure = abs(float(other[-1]) - float(again[-1] * np.sign(again @ other)))
+    unsure = min(abs(float(other[-1] - np.sign(each @ other) * each[-1])) for each in tangents[2:])
     found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
     # Rounding of the slopes moves the place, and with it the parameter.
     moves = solved.rounding * solved.moves @ np.linalg.inv(hessian)

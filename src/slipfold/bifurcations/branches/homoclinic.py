@@ -240,8 +240,5 @@ def _slow_places(point: OrbitPoint, z: Array, near: float) -> Iterator[tuple[Arr
         yield (
             scaled
             if scaled is None
-            else (
-                scaled,
-                flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0],
-            )
+            else (scaled, flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0])
         )

@@ -76,7 +76,8 @@ class FoundGrazing(Found[OrbitPoint]):
     """A grazing extrapolated from orbits near it.
 
     The point of slip in the plane is the nearest of them, with the extrapolated unknown. Of several
-    grazings at once it is the last orbit before them: no trajectory avoids them all.
+    grazings at once, and of slip that only just stops, it is the last orbit before them: of that at
+    them there is no trajectory.
     """
 
     place: Vanishing[OrbitPoint]
@@ -280,7 +281,7 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     by = orbits.by
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
-    change = _several_ahead(traced) or _change_ahead(last, RULES.nearly) or _stop_ahead(traced)
+    change = _vanishes_ahead(traced) or _change_ahead(last, RULES.nearly)
     if change is not None:
         _note(traced, change)
         return
@@ -305,52 +306,29 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
         traced.points.append(beyond)
 
 
-def _several_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
-    """Return where orbits at the end of a piece graze several times at once, None if they do not.
+def _vanishes_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
+    """Return where orbits at the end of a piece graze several times, or slip only just stops.
 
-    Beyond any of them another motion follows, so that no orbit avoids them all: the place is
-    extrapolated from orbits before it.
+    Beyond any of several grazings another motion follows, so that no orbit avoids them all; beyond
+    a stop whose slope vanishes there is none. The place is extrapolated from orbits before it, in
+    powers of the margin, or of the slope.
     """
     last = traced.points[-1]
     change = MarginalShooting.at(last.curve.orbits.by, *_at(last), "GRAZE")
-    if change is None or change.met.level or not change.met.several:
-        return None
+    several = change is not None and change.met.several and not change.met.level
 
     def left(point: OrbitPoint) -> float:
-        return change.condition_of(point.curve.orbits.by, *_at(point))[0]
+        by, at = point.curve.orbits.by, _at(point)
+        if change is not None and several:
+            return change.condition_of(by, *at)[0]
+        slope = by.slowest_end(*at, Ending.STOPS) if isinstance(by, SwitchedShooting) else None
+        return (slope or 0.0) ** 2
 
-    return _extrapolated(traced, left)
-
-
-def _stop_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
-    """Return where slip at the end of a piece only just stops, None if it does not.
-
-    Its slope vanishes there, on which the orbit depends smoothly. The square goes with the way.
-    """
-
-    def left(point: OrbitPoint) -> float | None:
-        by = point.curve.orbits.by
-        slope = by.slowest_end(*_at(point), Ending.STOPS) if isinstance(by, SwitchedShooting) else 0
-        return slope and slope**2
-
-    found = _extrapolated(traced, left, ROOTS)
-    return found and replace(
-        found, point=replace(found.place.nearest, z=found.place.z, arclength=found.point.arclength)
-    )
-
-
-def _extrapolated(
-    traced: TracedCurve[OrbitPoint],
-    left: Callable[[OrbitPoint], float | None],
-    powers: Array = POWERS,
-) -> FoundGrazing | None:
-    """Return where what is left vanishes, from orbits before the end of a piece, if just there."""
-    last = traced.points[-1]
-    start = next((one for one in reversed(traced.points) if (left(one) or 0) > RULES.near), None)
+    start = next((point for point in reversed(traced.points) if left(point) > RULES.near), None)
     if start is None or start.piece != last.piece or not isinstance(start.curve, Orbits):
         return None
     ahead = last.arclength - start.arclength
-    place = _vanishing(start.curve, start, left, 2 * ahead, powers)
+    place = _vanishing(start.curve, start, left, 2 * ahead, POWERS if several else ROOTS)
     if place is None:
         return None
     beyond = float(np.linalg.norm(place.z - start.z)) - ahead

@@ -449,10 +449,7 @@ class _Loci(CurveSet[OrbitPoint]):
         if self._observer is None or self.interrupted:
             return
         total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)
-        place, title = (
-            pair_of(followed.traced.curve, point),
-            title_of(followed.traced.curve),
-        )
+        place, title = (pair_of(followed.traced.curve, point), title_of(followed.traced.curve))
         self._observer(locus_progress("normal forms", done, total, place, title))
 
     def _report(self, traced: TracedCurve[OrbitPoint]) -> None:

@@ -223,11 +223,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
         "period": locus.period,
         "name": locus_title(locus.type, locus.period, locus.kind),
         "segments": [
-            {
-                "criticality": line.kind,
-                "x": short(line.points[:, 0]),
-                "y": short(line.points[:, 1]),
-            }
+            {"criticality": line.kind, "x": short(line.points[:, 0]), "y": short(line.points[:, 1])}
             for line in locus_segments(locus)
         ],
         "special": [_locus_point(locus, point) for point in locus.special],

@@ -23,12 +23,7 @@ from slipfold.interface.explorer.messages import (
     SweepRequest,
 )
 from slipfold.interface.explorer.sweeps import KEPT, PARTS, swept_model, values_of_runs
-from slipfold.interface.explorer.texts import (
-    case_text,
-    changed_values,
-    is_built_in,
-    whole_text,
-)
+from slipfold.interface.explorer.texts import case_text, changed_values, is_built_in, whole_text
 from slipfold.interface.explorer.trajectories import jacobian_of, start_of, timed
 from slipfold.lines import parts_of
 from slipfold.models.definitions.system_file import write_tables

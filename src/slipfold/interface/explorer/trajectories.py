@@ -296,12 +296,7 @@ def _times(count: int) -> str:
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
-def send_exponents(
-    model: Model,
-    request: ExponentsRequest,
-    send: Emit,
-    check: Check,
-) -> None:
+def send_exponents(model: Model, request: ExponentsRequest, send: Emit, check: Check) -> None:
     """Compute the exponents of a solution and send progress; None is minus infinity."""
 
     def note(progress: Progress) -> dict[str, Any]:
