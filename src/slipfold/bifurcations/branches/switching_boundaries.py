@@ -281,7 +281,8 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     by = orbits.by
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
-    change = _vanishes_ahead(traced) or _change_ahead(last, RULES.nearly)
+    change = _vanishes_ahead(traced, several=True) or _change_ahead(last, RULES.nearly)
+    change = change or _vanishes_ahead(traced, several=False)
     if change is not None:
         _note(traced, change)
         return
@@ -306,7 +307,7 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
         traced.points.append(beyond)
 
 
-def _vanishes_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
+def _vanishes_ahead(traced: TracedCurve[OrbitPoint], *, several: bool) -> FoundGrazing | None:
     """Return where orbits at the end of a piece graze several times, or slip only just stops.
 
     Beyond any of several grazings another motion follows, so that no orbit avoids them all; beyond
@@ -314,12 +315,13 @@ def _vanishes_ahead(traced: TracedCurve[OrbitPoint]) -> FoundGrazing | None:
     powers of the margin, or of the slope.
     """
     last = traced.points[-1]
-    change = MarginalShooting.at(last.curve.orbits.by, *_at(last), "GRAZE")
-    several = change is not None and change.met.several and not change.met.level
+    change = MarginalShooting.at(last.curve.orbits.by, *_at(last), "GRAZE") if several else None
+    if several and (change is None or change.met.level or not change.met.several):
+        return None
 
     def left(point: OrbitPoint) -> float:
         by, at = point.curve.orbits.by, _at(point)
-        if change is not None and several:
+        if change is not None:
             return change.condition_of(by, *at)[0]
         slope = by.slowest_end(*at, Ending.STOPS) if isinstance(by, SwitchedShooting) else None
         return (slope or 0.0) ** 2
