@@ -155,20 +155,15 @@ def _natural(model: Model, state: Array) -> float:
         return DURATION.default
     flow = flow_of(model.replace(**{DURATION.name: 1.0}))
     constants = flow.constants_of(model.replace(**{DURATION.name: 1.0}))
-    trajectory = flow.dense(
-        state, constants, EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
-    )
-    if trajectory is not None and trajectory.implicit:  # fast decay sets no interval
-        slower = np.abs(values[values.real > -np.abs(values.imag)])
-        fastest = float(slower.max(initial=0.0)) or fastest
-        trajectory = flow.dense(
-            state, constants, EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
-        )
+    slower = np.abs(values[values.real > -np.abs(values.imag)])
+    slow = float(slower.max(initial=0.0)) or fastest
+    length, steps = EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
+    trajectory = flow.dense(state, constants, length, steps, 20 * 12 / slow)
     if trajectory is None:
         return DURATION.default
     # A round is about two of 20 intervals. Steps of what begins small are longer at first: the
-    # fastest eigenvalue turns or grows by 12 at most.
-    return rounded_down(min(trajectory.end / 20, 12 / fastest))
+    # fastest eigenvalue turns or grows by 12 at most. Fast decay limits no implicit steps.
+    return rounded_down(min(trajectory.end / 20, 12 / (slow if trajectory.implicit else fastest)))
 
 
 def rounded_down(length: float) -> float:

@@ -113,7 +113,7 @@ class Integrators:
                 hy.t_event(item, direction=hy.event_direction.negative)
                 for item in hy.subs(self._scaled.express(margins), known)
             ]
-            turns = sharp_turns(self._equations, watched).scaled(self._scaled)
+            turns = sharp_turns(self._equations, tuple(watched)).scaled(self._scaled)
             return hy.taylor_adaptive(
                 self._system(self._places()),
                 state=[0.0] * self._equations.dimension,
@@ -502,11 +502,11 @@ class Flow(Evaluated):
         return outcome == STEP_LIMIT and StiffFallback(self, constants).is_due(single)
 
     def dense(
-        self, state: Array, constants: Constants, end: float, steps: int
+        self, state: Array, constants: Constants, end: float, steps: int, stiff: float | None = None
     ) -> DenseTrajectory | None:
         """Propagate a state of an autonomous model over some steps, and keep all that lies between.
 
-        None where not even one step can be taken.
+        Implicit steps end at `stiff` if it is given. None where not even one step can be taken.
 
         Shapes: state (n,).
         """
@@ -515,7 +515,7 @@ class Flow(Evaluated):
         fallback = StiffFallback(self, constants)
         if int(outcome) == STEP_LIMIT and fallback.is_due(single):
             single.time, single.state[:] = 0.0, state / constants.scales
-            implicit = fallback.motion(single, end, most=steps).polynomials
+            implicit = fallback.motion(single, stiff or end, most=steps).polynomials
             if implicit is None:
                 return None
             return DenseTrajectory(implicit.times, implicit, constants.scales, implicit=True)
