@@ -226,9 +226,12 @@ class StateFunction:
         derived: Callable[[], Iterable[Any]] | None = None,  # what is compiled in their place
     ) -> None:
         inputs = [*equations.states, *more, equations.phase, *equations.coefficients]
-        self._function: Any = cached(
-            f"{key}\n{equations.fingerprint(expressions)}",
-            lambda: compiled_function(derived() if derived else expressions, inputs),
+        # Compiled when it is first evaluated: a third of them never is.
+        self._function = memoise(
+            lambda: cached(
+                f"{key}\n{equations.fingerprint(expressions)}",
+                lambda: compiled_function(derived() if derived else expressions, inputs),
+            )
         )
         self._own = threading.local()
 
@@ -241,14 +244,14 @@ class StateFunction:
         inputs, count = own["inputs"], len(state)
         inputs[:count] = state
         inputs[count] = phase
-        return np.asarray(self._function(inputs))
+        return np.asarray(self._function()(inputs))
 
     def along(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate at many states. Shapes: states (p, n); phases (p,); returns (p, q)."""
         known = np.repeat(constants.values[:, None], len(states), axis=1)
         # Without coefficients the array would not be contiguous.
         inputs = np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))
-        return np.asarray(self._function(inputs).T)
+        return np.asarray(self._function()(inputs).T)
 
 
 class Slopes:

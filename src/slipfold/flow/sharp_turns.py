@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import heyoka as hy
@@ -248,7 +249,8 @@ class SharpTurns:
         return [event(hy.subs(item, known), callback=_continues) for item in self.invariant]
 
 
-def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
+@lru_cache(maxsize=64)  # the integrators of a system have the same: one trajectory, many, phases
+def sharp_turns(equations: Equations, outputs: tuple[Expression, ...] = ()) -> SharpTurns:
     """Find the sharp turns of a system."""
     operations = take_apart(equations, outputs)
     if any(_has_corner(operations, item) for item in operations):
