@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from slipfold import End, Steps
+from slipfold import End, Newton, Steps
 from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.continuation.follow import follow, unexplained_reversal
 from slipfold.continuation.locate import LostCurveError, locate
@@ -85,6 +85,13 @@ class Undescribed(Polynomials):
         raise np.linalg.LinAlgError("SVD did not converge")
 
 
+class Imprecise(Polynomials):
+    """A curve whose residual no step makes smaller."""
+
+    def residual(self, defect):
+        return 1e-9
+
+
 class Reaches:
     """Ends a curve where x has a value."""
 
@@ -104,6 +111,13 @@ class Reaches:
 def followed(curve, monitors, **options):
     start = curve.begin([-1.5, curve.height(-1.5)], row=[1, 0])
     return follow(curve, start, [(1, -4.0, 4.0)], monitors, **options)
+
+
+def test_points_have_a_residual_below_the_tolerance():
+    curve, start = Imprecise([0.0, 0.0, 0.0, 1.0]), cubic(0.0).begin([-1.5, -3.375], row=[1, 0])
+    loose = Stepping(newton=Newton(tolerance=1e-8))
+    assert len(follow(curve, start, [(1, -4.0, 4.0)], settings=loose).points) > 5
+    assert len(follow(curve, start, [(1, -4.0, 4.0)]).points) == 1
 
 
 @pytest.mark.parametrize("height", [1.0, 1e-2, 1e-4])
