@@ -31,6 +31,28 @@ async (fragment) => {
 """Follow a link within the page."""
 
 
+CONTROLS = "button, input, select, summary, label, h2, p, figure, .plot, .small-plot, .unit"
+
+PLACES = """
+(selector) => {
+  const [down, right] = [scrollY, scrollX];
+  const named = (node) =>
+    node.id || node.getAttribute("aria-label") || node.textContent.slice(0, 30);
+  return [...document.querySelectorAll(selector)]
+    .filter((node) => !node.closest(".tip, .unseen"))
+    .map((node) => [node, node.getBoundingClientRect()])
+    .map(([node, { x, y, width, height }]) =>
+      [node.tagName, named(node), x + right, y + down, width, height]);
+}
+"""
+
+
+def places(explorer, selector=CONTROLS):
+    """Where every control and heading is, without its text: the pictures' titles may change."""
+    found = explorer.page.evaluate(PLACES, selector)
+    return [(tag, *numbers) for tag, _, *numbers in found]
+
+
 @contextmanager
 def served(case, workers=2):
     """Run the command on a file; give the address that it prints."""
@@ -67,7 +89,7 @@ def violations(page, where=None):
 class HeldBack:
     """Answers of the server that wait on their way to the page."""
 
-    def __init__(self, matches, instead=None):
+    def __init__(self, matches=None, instead=None):
         self.matches = matches
         self.instead = instead
         self.is_on = False
@@ -102,10 +124,13 @@ class HeldBack:
 class ExplorerPage:
     """One tab with the explorer."""
 
+    held = HeldBack()
+
     def __init__(self, page: Page, address: str):
         self.page = page
         self.address = address
         self.faults: list[str] = []
+        self.is_loaded = False
         page.set_default_timeout(PATIENCE)
         page.on("pageerror", lambda error: self.faults.append(str(error)))
         page.on("console", self._note)
@@ -117,22 +142,24 @@ class ExplorerPage:
     def holding(self, matches, instead=None):
         """Return what holds back answers of the server for which a function is true.
 
-        To be called before the page is opened. What comes instead is made from what is held back.
+        To be called before the page is loaded. What comes instead is made from what is held back.
         """
-        held = HeldBack(matches, instead)
-        self.page.route_web_socket("**/ws", held.through)
-        return held
+        if self.held is ExplorerPage.held:
+            self.page.route_web_socket("**/ws", lambda socket: self.held.through(socket))
+        self.held = HeldBack(matches, instead)
+        return self.held
 
     def open(self, fragment="model=sliding", plane=False):
         """Open a link to a view, without its plane unless it is requested, and wait for the curve.
 
-        A page that is open takes the link over, as if it were pasted.
+        A page that is loaded takes the link over, as if it were pasted.
         """
         suffix = "" if plane or not fragment else "&plane=none"
-        if self.page.url.startswith("http"):
+        if self.is_loaded:
             self.page.evaluate(FOLLOW, fragment + suffix)
         else:
             self.page.goto(f"{self.address}#{fragment}{suffix}")
+            self.is_loaded = True
         self.page.wait_for_function(
             "(selector) => document.querySelector(selector)?.ariaBusy === 'false'", arg=DIAGRAM
         )
@@ -160,12 +187,12 @@ class ExplorerPage:
     def box(self, name):
         return self.page.locator(f"#parameter-{name}-box")
 
-    def slide(self, name, value):
-        """Move a slider and do not let go of it."""
+    def slide(self, name, value, *events):
+        """Move a slider and do not let go of it; or go on with further events at once."""
         self.slider(name).evaluate(
-            "(slider, value) => { slider.value = value;"
-            " slider.dispatchEvent(new Event('input')); }",
-            value,
+            "(slider, [value, ...events]) => { slider.value = value;"
+            " events.forEach((name) => slider.dispatchEvent(new Event(name))); }",
+            [value, "input", *events],
         )
 
     def release(self, name):

@@ -59,25 +59,6 @@ def test_no_panel_has_a_violation_in_either_theme(new_tab):
     page.keyboard.press("Escape")
 
 
-@pytest.mark.long
-def test_neither_the_editor_nor_friction_nor_the_tour_has_a_violation(new_tab):
-    page = new_tab.open("model=sliding&span=0~0.1&p.Nd=0.02").page
-    page.get_by_role("button", name="From rest", exact=True).click()
-    page.get_by_role("button", name="Edit the model").click()
-    text = page.get_by_label("The model as TOML")
-    expect(text).not_to_be_empty()
-    text.fill("nothing = 1")
-    page.get_by_role("button", name="Apply").click()
-    expect(page.locator("#editor .fault")).to_be_visible()
-    page.wait_for_selector(".contacts[data-drawn]")
-    assert violations(page) == []
-    page.get_by_role("button", name="Equations").click()
-    assert violations(page, "#editor") == []
-    page.get_by_role("button", name="Tour").click()
-    assert violations(page, ".tour") == []
-    new_tab.faults.clear()  # browsers note a refused request
-
-
 def test_the_tabulator_stops_at_each_parameter_and_each_toolbar_once(explorer):
     page = explorer.open("model=sliding&p.Nd=0.3").page
     explorer.orbit_shown(2)

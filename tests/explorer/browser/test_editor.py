@@ -7,7 +7,8 @@ from urllib.parse import urlencode
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_models import BRAKE_OF_FILE, STIFFNESS
+from helpers.explorer_models import BRAKE_OF_FILE, HOSTILE, STIFFNESS
+from helpers.explorer_page import ExplorerPage, served, violations
 
 TEXT = ".editor textarea"
 
@@ -39,8 +40,7 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     with editor.redrawn():
         with page.expect_request("**/api/model"):
             write(editor, quintic)
-        editor.slide("F", 0.15)  # while the model is built
-        editor.release("F")
+        editor.slide("F", 0.15, "change")  # while the model is built
     assert page.locator("header select").input_value() == "duffing (edited)"
     assert editor.specials() != before
     assert editor.parameter("F") == 0.15  # what is set on the page stays
@@ -83,20 +83,35 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     assert page.locator("header select").input_value() == "duffing"
 
 
-@pytest.mark.long
-def test_the_file_of_the_server_is_read_again(brake, brake_file):
-    brake.open("model=brake")
-    page = brake.page
+def test_the_file_of_the_server_is_read_again(explorer, case_file):
+    page = explorer.open("model=hostile").page
     page.get_by_role("button", name="Edit the model").click()
-    expect(page.locator(TEXT)).to_have_value(BRAKE_OF_FILE)
-    state, matrix = page.locator(".editor .actions [role=status]"), brake_file.parent / "K.mtx"
-    page.get_by_role("button", name="Reload").click()
-    expect(state).to_have_text("Nothing was changed.")
+    expect(page.locator(TEXT)).to_have_value(HOSTILE)
     try:
-        brake_file.write_text(BRAKE_OF_FILE.replace("load = 5", "load = 6"))
+        case_file.write_text(HOSTILE.replace("value = 0.2,", "value = 0.3,"))
+        with explorer.redrawn():
+            page.get_by_role("button", name="Reload").click()
+        assert explorer.parameter("F") == 0.3
+    finally:
+        case_file.write_text(HOSTILE)
+    page.get_by_role("button", name="Close the editor").click()
+
+
+@pytest.mark.long
+def test_files_that_the_file_of_the_server_names_are_read_again(context, tmp_path):
+    file, matrix = tmp_path / "one's own.toml", tmp_path / "K.mtx"
+    file.write_text(BRAKE_OF_FILE)
+    matrix.write_text(STIFFNESS)
+    with served(file, workers=1) as address, context.new_page() as page:
+        brake = ExplorerPage(page, address).open("model=brake")
+        page.get_by_role("button", name="Edit the model").click()
+        expect(page.locator(TEXT)).to_have_value(BRAKE_OF_FILE)
+        state = page.locator(".editor .actions [role=status]")
+        page.get_by_role("button", name="Reload").click()
+        expect(state).to_have_text("Nothing was changed.")
+        file.write_text(BRAKE_OF_FILE.replace("load = 5", "load = 6"))
         with brake.redrawn():
             page.get_by_role("button", name="Reload").click()
-        assert brake.parameter("Ns") == 6
         # The matrices of a text that is the model now are read again as well.
         matrix.write_text(STIFFNESS.replace("2000.0", "2500.00"))
         page.get_by_role("button", name="Apply").click()
@@ -104,13 +119,9 @@ def test_the_file_of_the_server_is_read_again(brake, brake_file):
         page.get_by_role("button", name="Apply").click()
         expect(state).to_have_text("Nothing was changed.")
         brake.open("model=brake")
-        brake_file.write_text("names =\n")
+        file.write_text("names =\n")
         page.get_by_role("button", name="Reload").click()
         expect(page.get_by_role("alert")).to_contain_text("line 1, column 8: this is not TOML")
-        brake.faults.clear()  # browsers note a refused request
-    finally:
-        brake_file.write_text(BRAKE_OF_FILE)
-        matrix.write_text(STIFFNESS)
 
 
 BELT = (Path(__file__).parents[1] / "models/two-on-a-belt.toml").read_text()
@@ -133,6 +144,7 @@ def test_the_mechanism_of_a_file_is_drawn_and_moves(explorer):
         "(slider) => { slider.value = 0.123; slider.dispatchEvent(new Event('input')); }"
     )
     assert moving.get_attribute("d") != before
+    assert violations(page, ".contacts") == []  # last, since it skips what follows
 
 
 def test_a_law_is_chosen_and_its_coefficient_follows_the_sliders(explorer):

@@ -3,22 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_page import DIAGRAM, ExplorerPage
-
-CONTROLS = "button, input, select, summary, label, h2, p, figure, .plot, .small-plot, .unit"
-
-PLACES = """
-(selector) => {
-  const [down, right] = [scrollY, scrollX];
-  const named = (node) =>
-    node.id || node.getAttribute("aria-label") || node.textContent.slice(0, 30);
-  return [...document.querySelectorAll(selector)]
-    .filter((node) => !node.closest(".tip, .unseen"))
-    .map((node) => [node, node.getBoundingClientRect()])
-    .map(([node, { x, y, width, height }]) =>
-      [node.tagName, named(node), x + right, y + down, width, height]);
-}
-"""
+from helpers.explorer_page import CONTROLS, DIAGRAM, PLACES, ExplorerPage, places
 
 FOCUS = f"""
 (selector) => {{
@@ -36,12 +21,6 @@ FOCUS = f"""
   return moved;
 }}
 """
-
-
-def places(explorer, selector=CONTROLS):
-    """Where every control and heading is, without its text: the pictures' titles may change."""
-    found = explorer.page.evaluate(PLACES, selector)
-    return [(tag, *numbers) for tag, _, *numbers in found]
 
 
 @pytest.fixture(scope="module")
@@ -164,19 +143,6 @@ def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(sti
     assert 4 < sum(map(bool, shown)) < 36
 
 
-def test_the_tour_does_not_move_the_plots(new_tab):
-    new_tab.page.set_viewport_size({"width": 1366, "height": 768})
-    new_tab.open(plane=True)
-    seen = "#diagram .plot, #plane .plot, #orbit .stage, #orbit .smalls"
-    rest = places(new_tab, seen)
-    new_tab.page.get_by_role("button", name="Tour").click()
-    following = new_tab.page.locator(".tour .main")
-    while following.is_visible():
-        assert places(new_tab, seen) == rest
-        following.click()
-    assert places(new_tab, seen) == rest
-
-
 def test_a_presentation_has_large_type_and_no_controls(still):
     page = still.open().page
     size = "(selector) => document.querySelector(selector).layout.font.size"
@@ -195,21 +161,3 @@ def test_a_presentation_has_large_type_and_no_controls(still):
     still.box("Nd").press("Escape")
     expect(page.locator(".masthead .tools")).to_be_visible()
     expect(page.get_by_role("button", name="Present")).to_be_focused()
-
-
-CUT = """
-() => {
-  const title = document.querySelector("#orbit-title");
-  const isCut = ({ scrollHeight, clientHeight }) => scrollHeight > clientHeight;
-  return [title, title.parentElement].filter(isCut).map(({ textContent }) => textContent);
-}
-"""
-
-
-def test_the_line_about_an_equilibrium_is_whole_on_a_laptop(new_tab):
-    new_tab.page.set_viewport_size({"width": 1366, "height": 768})
-    new_tab.open("model=squeal")
-    expect(new_tab.page.locator("#orbit-title")).to_contain_text("damping ratio")
-    for _ in ("usual", "presented"):
-        assert new_tab.page.evaluate(CUT) == []
-        new_tab.page.keyboard.press("p")

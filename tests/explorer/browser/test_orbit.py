@@ -1,8 +1,11 @@
 """An orbit in all its pictures, at one moment."""
 
+from urllib.parse import urlencode
+
 import pytest
 from playwright.sync_api import expect
 
+from helpers.explorer_models import BRAKE
 from helpers.explorer_page import DIAGRAM
 
 PICTURES = ("time", "phase", "path", "spectrum", "multipliers", "forces")
@@ -107,9 +110,25 @@ def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
     expect(play).to_be_visible()
 
 
-def test_an_equilibrium_has_frequencies_and_damping_ratios(brake):
-    brake.open("")
-    message = "rightmost eigenvalue: 31.8"  # Hz: 200 rad/s
-    expect(brake.page.locator("#orbit-title")).to_contain_text(message)
-    expect(brake.page.locator("#orbit-title")).to_contain_text("Hz, damping ratio 1.874")
-    expect(brake.page.locator("#plot-eigenvalues .dot")).to_have_count(1)
+CUT = """
+() => {
+  const title = document.querySelector("#orbit-title");
+  const isCut = ({ scrollHeight, clientHeight }) => scrollHeight > clientHeight;
+  return [title, title.parentElement].filter(isCut).map(({ textContent }) => textContent);
+}
+"""
+
+
+def test_an_equilibrium_has_frequencies_and_damping_ratios_on_a_line_that_is_whole(explorer):
+    page, rest = explorer.page, explorer.page.viewport_size
+    page.set_viewport_size({"width": 1366, "height": 768})
+    explorer.open(urlencode({"model": "brake", "text": BRAKE}))
+    title = page.locator("#orbit-title")
+    expect(title).to_contain_text("rightmost eigenvalue: 31.8")  # Hz: 200 rad/s
+    expect(title).to_contain_text("Hz, damping ratio 1.874")
+    expect(page.locator("#plot-eigenvalues .dot")).to_have_count(1)
+    assert page.evaluate(CUT) == []
+    page.keyboard.press("p")
+    assert page.evaluate(CUT) == []
+    page.keyboard.press("Escape")
+    page.set_viewport_size(rest)

@@ -221,8 +221,8 @@ SHADES = """async (combinations) => {
 }"""
 
 
-def test_each_combination_of_stable_responses_has_its_shade_as_in_figures(explorer):
-    page = explorer.open().page
+def test_each_combination_of_stable_responses_has_its_shade_as_in_figures(plane):
+    page = plane.page
     combinations = [
         list(stable)
         for count in range(8)

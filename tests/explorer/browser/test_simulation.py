@@ -42,6 +42,9 @@ def test_from_rest_it_settles_on_the_stable_branch(explorer):
     assert abs(places[-1][1] - middle[1]) < 3
     assert abs(min(y for _, y in places[:5]) - middle[1]) > 10
     assert explorer.drawn == before
+    with explorer.redrawn():
+        explorer.page.get_by_role("button", name="Follow this motion").click()
+    explorer.page.wait_for_url("**also=at%3D0.02%26period%3D1%26s.x**")
 
 
 def test_what_has_not_settled_goes_on_from_where_it_is(explorer):
