@@ -41,7 +41,8 @@ def test_sliders_go_where_the_model_allows(name):
 
 @pytest.mark.parametrize("name", DESCRIBED)
 def test_the_first_view_names_what_there_is(name):
-    model, view = sf.built_in_models()[name](), DESCRIBED[name]["default"]
+    view = DESCRIBED[name]["default"]
+    model = sf.built_in_models()[name](**view["parameters"])
     parameter = model.parameter(view["vary"])
     assert view["vary"] in DESCRIBED[name]["vary"]
     assert [parameter.check(value) for value in view["span"]] == view["span"]

@@ -179,7 +179,7 @@ def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
         "span": span,
         "show": first.get("show") or model.shown[0],
         "statistic": "max",
-        "parameters": {},
+        "parameters": first.get("parameters", {}),
     }
 
 

@@ -71,7 +71,7 @@ def first_view(model: Model) -> dict[str, Any]:
     sliders = known.get("sliders", {})
     result = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}
     if known["vary"] in same:
-        result |= {"vary": known["vary"], "span": known["span"]}
+        result |= {key: known[key] for key in ("vary", "span", "parameters") if key in known}
     if known["show"] in {item.name for item in model.states}:
         result["show"] = known["show"]
     if "plane" in known and {axis["name"] for axis in known["plane"].values()} <= same:

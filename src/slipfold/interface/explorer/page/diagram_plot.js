@@ -57,7 +57,8 @@ export class DiagramPlot {
     this.#session = session;
     this.#measurements = measurements;
     this.#sweep = sweep;
-    this.node.append(this.#canvas, this.#live.node, this.#motions.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
+    // Names of special points lie above the motions.
+    this.node.append(this.#motions.node, this.#canvas, this.#live.node, this.#cursor, this.#chosen, this.#hovered, this.#tip,
       this.#waiting);
     this.#showStatus();
     session.diagramArrived.subscribe(() => this.#drawNow());
@@ -93,7 +94,7 @@ export class DiagramPlot {
   /** The figure as plotly's data and layout, for a file: with a legend and on white. */
   figure() {
     const { diagram, names } = this.#drawn;
-    const traces = [...this.#traces(diagram, light), ...motionTraces(this.#simulated, this.#sweep.runs, factors(diagram), light)];
+    const traces = [...motionTraces(this.#simulated, this.#sweep.runs, factors(diagram), light), ...this.#traces(diagram, light)];
     for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
     const isExplained = names.length > 0 || this.#measured(diagram) !== null;
     const sheet = withLegend(structuredClone(this.#canvas.layout),
@@ -204,8 +205,10 @@ export class DiagramPlot {
     const { map } = this.#drawn;
     const at = (x, y) => map.toPixel(x * fx, y * fy);
     const texts = marksOf(diagram).map((mark) => ({ text: mark.text, short: mark.short, at: at(mark.x, mark.y) }));
-    const lines = diagram.branches.map(({ x, y }) => x.map((value, i) => at(value, y[i])));
-    return labelPlaces(texts, lines, map.frame);
+    const drawn = [diagram, ...this.#session.pins.values()];
+    const lines = drawn.flatMap(({ branches }) => branches.map(({ x, y }) => x.map((value, i) => at(value, y[i]))));
+    const pinned = drawn.slice(1).flatMap((answer) => marksOf(answer).map((mark) => at(mark.x, mark.y)));
+    return labelPlaces(texts, lines, map.frame, pinned);
   }
 
   /** What the axes show: the zoom, or everything; while a slider moves they only grow. */

@@ -276,6 +276,9 @@ const GAP = 8;
 /** Pixels within which markers lie on each other: they share a text. */
 const CLOSE = 9;
 
+/** Pixels that a text keeps from the axes. */
+const CLEAR = 3;
+
 /** Share of a text that may lie on other texts; it is left out where there is no such place. */
 const HIDDEN = 0.2;
 
@@ -288,10 +291,11 @@ const WIDE = 0.3;
  * @param {{text: string, short: string, at: [number, number]}[]} texts with their points in pixels
  * @param {[number, number][][]} lines in pixels
  * @param {{left: number, top: number, width: number, height: number}} frame to stay in, in pixels
+ * @param {[number, number][]} others markers without a text, in pixels
  * @returns {{text: string, position: string}[]} with plotly's `textposition`
  */
-export function labelPlaces(texts, lines, frame) {
-  const markers = texts.map(({ at }) => boxAround(at, 10, 10));
+export function labelPlaces(texts, lines, frame, others = []) {
+  const markers = [...texts.map(({ at }) => at), ...others].map((at) => boxAround(at, 10, 10));
   const labels = [];
   const ink = points(lines);
   return gathered(texts, frame.width * WIDE).map(({ text, at }) => {
@@ -342,7 +346,7 @@ function boxAround([x, y], width, height) {
 
 function outside([left, top, right, bottom], frame) {
   const [ends, floor] = [frame.left + frame.width, frame.top + frame.height];
-  const beyond = [frame.left - left, frame.top - top, right - ends, bottom - floor].map((value) => Math.max(value, 0));
+  const beyond = [frame.left - left, frame.top - top, right - ends, bottom - floor].map((value) => Math.max(value + CLEAR, 0));
   return 5 * beyond.reduce((sum, value) => sum + value, 0);
 }
 

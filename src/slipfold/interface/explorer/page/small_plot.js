@@ -43,6 +43,7 @@ export class SmallPlot {
   #svg;
   #axes = svg("g", { class: "axes" });
   #ink = svg("g", {});
+  #notes = svg("g", { class: "axes" });
   #cursors = svg("g", { class: "cursors" });
   #clip;
   #isEqual;
@@ -59,7 +60,7 @@ export class SmallPlot {
     this.#clip = svg("rect", {});
     this.#svg = svg("svg", { class: "small-plot", role: "img", "aria-label": title },
       svg("clipPath", { id: `clip-${id}` }, this.#clip),
-      this.#axes, svg("g", { "clip-path": `url(#clip-${id})` }, this.#ink, this.#cursors));
+      this.#axes, svg("g", { "clip-path": `url(#clip-${id})` }, this.#ink, this.#cursors), this.#notes);
     this.node = element("figure", { class: "small", id: `plot-${id}` },
       element("figcaption", {}, element("span", {}, title), this.#legend), this.#svg);
     new ResizeObserver(() => this.#redraw()).observe(this.#svg);
@@ -125,8 +126,9 @@ export class SmallPlot {
     const { left, right, top, bottom, xRange, yRange, x, y } = this.#map;
     const { x: xAxis, y: yAxis } = this.#picture;
     set(this.#clip, { x: left, y: top, width: right - left, height: bottom - top });
-    const nodes = [];
+    const [nodes, words] = [[], []];
     const text = (content, attributes) => nodes.push(svg("text", attributes, content));
+    const note = (content, at, up) => words.push(svg("text", { class: "note", x: at, y: up }, content));
     const grid = [];
     const across = xAxis.ticks ?? apart(xRange, right - left);
     for (const [i, label] of labelsOf(across).entries()) {
@@ -155,7 +157,7 @@ export class SmallPlot {
       });
     }
     const { notes = [], above = [] } = this.#picture;
-    notes.forEach((note, i) => text(note, { class: "note", x: left + 6, y: top + 13 * (i + 1) }));
+    notes.forEach((content, i) => note(content, left + 6, top + 13 * (i + 1)));
     // The first words choose first; those without room are left out.
     const taken = [];
     for (const { x: at, text: word, isBefore } of above) {
@@ -163,9 +165,10 @@ export class SmallPlot {
       const last = first + word.length * DIGIT;
       if (first < left || last > right || taken.some(([from, to]) => first < to && last > from)) continue;
       taken.push([first, last]);
-      text(word, { class: "note", x: first, y: top + 11 });
+      note(word, first, top + 11);
     }
     this.#axes.replaceChildren(...nodes);
+    this.#notes.replaceChildren(...words);
   }
 
   #drawInk() {
