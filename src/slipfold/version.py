@@ -17,6 +17,7 @@ def package_version() -> str:
         return "unknown"
 
 
+@cache
 def versions() -> dict[str, str]:
     """Return the versions of the programs that last digits depend on."""
     from importlib.metadata import version
