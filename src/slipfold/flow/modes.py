@@ -11,6 +11,7 @@ from functools import cache
 import heyoka as hy
 
 from slipfold.flow.batches import TOLERANCE
+from slipfold.flow.compiled_code import shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, model_symbols
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.model import Model
@@ -175,6 +176,7 @@ class ModeEquations:
     slow: tuple[Expression, Expression] | None = None
 
 
+@shared_by_kind
 def contacts_of(model: Model) -> tuple[Contact, ...]:
     """Return the contacts of a model in the symbols of its equations."""
     symbols = model_symbols(model)

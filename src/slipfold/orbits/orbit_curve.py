@@ -419,7 +419,7 @@ class Orbits(OrbitCurve):
 
     def piece(self, z: Array) -> Hashable:
         """Return the smooth piece of the curve that an orbit lies on; None if there is only one."""
-        return self.by.piece(self.nodes(z), self.constants(z))
+        return None if self.by.smooth else self.by.piece(self.nodes(z), self.constants(z))
 
     def bounds(self, *spans: tuple[float, float]) -> list[tuple[int, float, float]]:
         """Return the places of the parameters that vary in the unknown, with scaled bounds."""
