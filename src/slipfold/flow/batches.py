@@ -67,12 +67,13 @@ def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
 
     Return which lanes arrived. All lanes share one budget.
     """
-    free, taken = BUDGET.steep if _turns(batch) else BUDGET.call, 0
+    taken = 0
     while True:
         before = batch.time.copy()
         batch.propagate_until(ends, max_steps=BUDGET.call)
         if (batch.time == ends).all():
             return ALL_ARRIVED
+        free = BUDGET.steep if _turns(batch) else BUDGET.call
         # The times are sums of steps with rounding errors.
         arrived = np.abs(batch.time - ends) <= 4 * np.finfo(float).eps * (1 + np.abs(ends))
         if arrived.all() or STOPPED not in _outcomes(batch):
@@ -99,11 +100,10 @@ def sampled(batch: Any, times: Array) -> Array:
     Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
     start = batch.state.copy()
-    result = batch.propagate_grid(times, max_steps=BUDGET.steep if _turns(batch) else BUDGET.call)[
-        1
-    ]
-    if STOPPED not in _outcomes(batch):
-        return np.asarray(result)
+    most = BUDGET.steep if _turns(batch) else BUDGET.call
+    result = np.asarray(batch.propagate_grid(times, max_steps=most)[1])
+    if (batch.time == times[-1]).all() or STOPPED not in _outcomes(batch):
+        return result
     states = np.full((len(times), *start.shape), np.nan)
     batch.set_time(times[0])
     batch.state[:] = start
@@ -169,11 +169,6 @@ def padded(items: Array) -> Array:
     if len(items) == LANES:
         return items
     return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
-
-
-def by_lane(values: Array, rows: slice) -> Array:
-    """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
-    return values[:, None] if values.ndim == 1 else padded(values[rows]).T
 
 
 def set_out(batch: Any, start: Array) -> None:

@@ -13,7 +13,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache as memoise
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -297,12 +297,12 @@ class Evaluated:
 
     def coefficients(self, parameters: Array) -> Array:
         """Evaluate the coefficients. Shapes: parameters (..., n_p); returns (..., n_c)."""
-        equations = self.equations
-        function = self._compiled(
-            "coefficients",
-            lambda: compiled_function(equations.coefficient_values, equations.parameters),
-        )
-        return np.asarray(function(np.ascontiguousarray(parameters.T)).T)
+        return np.asarray(self._coefficients(np.ascontiguousarray(parameters.T)).T)
+
+    @cached_property
+    def _coefficients(self) -> Any:
+        given = self.equations.coefficient_values, self.equations.parameters
+        return self._compiled("coefficients", lambda: compiled_function(*given))
 
     def coefficient_slopes(self, parameters: Array) -> Array:
         """Differentiate them. Shapes: parameters (..., n_p); returns (..., n_c, n_p)."""

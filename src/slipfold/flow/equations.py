@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import by_lane
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Symbols
@@ -173,10 +172,6 @@ class Constants:
             values = np.broadcast_to(values, (*count, values.shape[-1]))
             scales = np.broadcast_to(scales, (*count, scales.shape[-1]))
         return np.concatenate([values, scales], axis=-1)
-
-    def of(self, rows: slice) -> tuple[Array, Array]:
-        """Return what is known and the scales of some trajectories, by lane of an integrator."""
-        return by_lane(self.known, rows), by_lane(self.scales, rows)
 
 
 FAR = 16.0

@@ -263,9 +263,9 @@ class Flow(Evaluated):
 
         Shapes: states (m, n); start, end (m,); returns (m, n).
         """
-        code = self._code.plain
+        code, scaled = self._code.plain, states / constants.scales
         batches = [
-            propagated(self._prepare(code, states, start, constants, rows), end[rows])
+            propagated(self._prepare(code, scaled, start, constants, rows), end[rows])
             for rows in chunks(len(states))
         ]
         return joined(batches) * constants.scales
@@ -291,13 +291,10 @@ class Flow(Evaluated):
 
         Shapes: states (m, n); phases (m, p); returns (m, p, n).
         """
-        result, code, start = (
-            np.empty((*phases.shape, self.dimension)),
-            self._code.plain,
-            phases[:, 0],
-        )
+        result = np.empty((*phases.shape, self.dimension))
+        code, scaled, start = self._code.plain, states / constants.scales, phases[:, 0]
         for rows in chunks(len(states)):
-            batch = self._prepare(code, states, start, constants, rows)
+            batch = self._prepare(code, scaled, start, constants, rows)
             grid = sampled(batch, padded(phases[rows]).T.copy())
             result[rows] = grid.transpose(2, 0, 1)[: rows.stop - rows.start]
         return result * constants.scales[..., None, :]
@@ -450,7 +447,7 @@ class Flow(Evaluated):
         """
         (total, powers, n), orders = curves.shape, order + 1
         result = np.empty((total, orders, in_time, n))
-        starts = np.broadcast_to(states, (total, n))
+        starts = np.broadcast_to(states / constants.scales, (total, n))
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
         lengths = normalized_directions(curves[:, 0] / constants.scales)[1]
         scaled = curves / constants.scales
@@ -537,13 +534,11 @@ class Flow(Evaluated):
     def _prepare(
         self, batch: Any, states: Array, start: Array, constants: Constants, rows: slice
     ) -> Any:
-        """Give an integrator the beginnings of some trajectories."""
-        known, scales = constants.of(rows)
+        """Give an integrator the beginnings of some trajectories, in scaled states."""
         set_out(batch, start[rows])
-        size = states.shape[1]
-        scales = scales if size == self.dimension else np.tile(scales, (2, 1))
-        batch.state[:size] = padded(states[rows]).T / scales
-        batch.pars[: len(known)] = known
+        batch.state[: self.dimension] = padded(states[rows]).T
+        known = constants.known
+        batch.pars[: known.shape[-1]] = known[:, None] if known.ndim == 1 else padded(known[rows]).T
         return batch
 
 
