@@ -73,9 +73,5 @@ def test_the_step_decides_on_nothing(case, largest):
     from slipfold import Steps
 
     diagram = case.response(case.methods[0], steps=Steps(largest=largest))
-    found = Counter((item.type, branch.period) for branch, item in pairs(diagram))
+    found = Counter((item.type, own.period) for own in diagram.branches for item in own.special)
     assert found == Counter((kind, period) for kind, period, *_ in KNOWN[str(case)]["points"])
-
-
-def pairs(diagram):
-    return [(branch, item) for branch in diagram.branches for item in branch.special]

@@ -36,9 +36,10 @@ class Equations:
         sizes = model.get("sizes", {})
         self.values = values
         formulas = _expanded(model.get("formulas", {}), sizes)
-        rates = {key: _rate(item) for key, item in model["states"].items()}
+        states = model["states"].items()
+        rates = {key: item if isinstance(item, str) else item["rate"] for key, item in states}
         rates = _expanded(rates, sizes)
-        self.names = [_plain(item) for item in _expanded_names(model["states"], sizes)]
+        self.names = list(rates)
         self._formulas = [(key, _code(formulas[key])) for key in _in_order(formulas)]
         self._rates = [_code(rates[name]) for name in self.names]
         period = model.get("forcing", {}).get("period")
@@ -182,10 +183,6 @@ def _root(fails, z):
     raise AssertionError(f"the last of {CORRECTIONS} corrections was {np.abs(change).max():.1e}")
 
 
-def _rate(item):
-    return item if isinstance(item, str) else item["rate"]
-
-
 def _code(text):
     return compile(text.replace("^", "**"), text, "eval")
 
@@ -211,10 +208,6 @@ def _expanded(table, sizes):
         for index, known in _indices(key, sizes):
             result[_plain(key, index, known)] = _plain(text, None, known)
     return result
-
-
-def _expanded_names(states, sizes):
-    return [_plain(key, index, known) for key in states for index, known in _indices(key, sizes)]
 
 
 def _indices(key, sizes):

@@ -207,8 +207,10 @@ def model_from_record(
             own = structure[part]
             base = model_from_record(own["model"], own["structure"], own["parameters"], kind)
             return made(base, **values)
-    if kind is not None:
-        _check_kind(kind)
+    if kind is not None and not (isinstance(kind, type) and issubclass(kind, Model)):
+        raise InputError(
+            f"kind = {kind!r} is not the class of a model; give a class, e.g. SlidingOscillator"
+        )
     given = dict(values)
     if "friction" in structure:
         given["friction"] = law_from_record(structure["friction"])
@@ -226,13 +228,6 @@ def model_from_record(
     if "friction" in structure:
         return SlidingOscillator(**given)
     return model_named(name, **given)
-
-
-def _check_kind(kind: Any) -> None:
-    if not (isinstance(kind, type) and issubclass(kind, Model)):
-        raise InputError(
-            f"kind = {kind!r} is not the class of a model; give a class, e.g. SlidingOscillator"
-        )
 
 
 @dataclass(frozen=True, eq=False)
