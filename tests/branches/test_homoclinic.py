@@ -7,7 +7,7 @@ from scipy.optimize import brentq, root
 
 import slipfold as sf
 
-UNDOUBLED = sf.Settings(largest_period=1)
+UNDOUBLED, DOUBLED = sf.Settings(largest_period=1), sf.Settings(largest_period=2)
 
 SLOPE = -0.1
 """The normal form of Bogdanov and Takens at b = SLOPE has a Hopf point at p = 0."""
@@ -111,6 +111,17 @@ def test_a_loop_through_two_saddles_is_no_homoclinic_orbit():
     _, cycles = sf.response(predators, "m", (0.6, 0.4), start={"n": 0.6, "p": 0.1}).branches
     assert "nears a heteroclinic loop: orbits that connect 2 saddles" in cycles.stopped.reason
     assert cycles.orbit(-1).extrema.of("n")[0] == pytest.approx(0.1, abs=1e-6)
+
+
+@pytest.mark.long
+def test_a_doubled_cycle_nears_three_saddles_as_its_parent_does():
+    # Halvorsen's system: perturbations grow by 1e5 in an eighth of the doubled cycle.
+    rate = "-a*{0} - 4*{1} - 4*{2} - {1}^2".format
+    states = {"x": rate(*"xyz"), "y": rate(*"yzx"), "z": rate(*"zxy")}
+    halvorsen = sf.System(parameters={"a": 2.1}, states=states)
+    given = {"start": {"x": -2.1, "y": -1.5, "z": 0}, "settled": True}
+    diagram = sf.response(halvorsen, "a", (2.1, 2.12), **given, settings=DOUBLED)
+    assert [own.period for own in diagram.branches if "3 saddles" in own.stopped.reason] == [1, 2]
 
 
 def test_one_saddle_a_turn_apart_is_one():

@@ -15,7 +15,7 @@ from slipfold.orbits.linearization import MANY, Conditions, Linearization, defec
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.multipliers import on_quotient
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.shooting import SEGMENT_GROWTH, MeshShooting, Shooting
 from slipfold.orbits.test_functions import (
     UNKNOWN,
     Degeneracy,
@@ -230,15 +230,23 @@ def doubled_orbit(orbits: Orbits, z: Array) -> Emanating:
     along = [direction]
     for block in part.blocks[:-1]:
         along.append(block @ along[-1])
+    nodes, moved, scales = orbits.nodes(z), np.array(along), orbits.scales
     child = orbits.with_period(2 * orbits.period)
-    # A segment of the child is two of the parent, or one of either round.
-    own, turns = np.divmod(child.by.start, orbits.period)[::-1]
-    same = np.abs(orbits.by.start[None, :] - own[:, None]).argmin(axis=1)
-    moved = (np.array(along)[same] * np.where(turns == 0, 1.0, -1.0)[:, None]).ravel()
-    tangent = np.concatenate([moved, np.zeros(len(orbits.units))])
+    longer = np.linalg.norm(np.roll(part.blocks, -1, axis=0) @ part.blocks, axis=(1, 2))
+    if type(orbits.by) is Shooting and longer.max() > SEGMENT_GROWTH:
+        child = orbits.described_by(MeshShooting.with_scales_of(child.by))
+        given = nodes, orbits.constants(z), moved * scales, np.zeros(len(orbits.units))
+        nodes, moved = orbits.by.moved_to(child.by, *given)
+        moved /= scales
+    else:  # a segment of the child is two of the parent, or one of either round
+        own = child.by.start % orbits.period
+        same = np.abs(orbits.by.start[None, :] - own[:, None]).argmin(axis=1)
+        nodes, moved = nodes[same], moved[same]
+    moved[child.by.start >= orbits.period] *= -1.0
+    tangent = np.concatenate([moved.ravel(), np.zeros(len(orbits.units))])
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
-    doubled = child.join(orbits.nodes(z)[same], orbits.free_values(z))
+    doubled = child.join(nodes, orbits.free_values(z))
     return Emanating(child, doubled, tangent, part.monodromy @ part.monodromy)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
+from itertools import accumulate
 from typing import Self
 
 import numpy as np
@@ -217,8 +218,5 @@ def growth_within(blocks: Array) -> float:
     """Return by how much perturbations grow at most from the first node to any other."""
     if np.linalg.norm(blocks, axis=(1, 2)).prod() <= RESOLVED:
         return 1.0
-    propagated, largest = blocks[0], 0.0
-    for block in blocks[1:]:
-        largest = max(largest, float(np.abs(propagated).max()))
-        propagated = block @ propagated
-    return max(largest, float(np.abs(propagated).max()))
+    propagated = accumulate(blocks, lambda before, block: block @ before)
+    return max(float(np.abs(each).max()) for each in propagated)
