@@ -109,6 +109,7 @@ def test_a_loop_through_two_saddles_is_no_homoclinic_orbit():
     states = {"n": "n*(n - 0.1)*(1 - n) - n*p", "p": "p*(n - m)"}
     predators = sf.System(parameters={"m": 0.6}, states=states)
     _, cycles = sf.response(predators, "m", (0.6, 0.4), start={"n": 0.6, "p": 0.1}).branches
+    assert cycles.stopped.kind == "heteroclinic"
     assert "nears a heteroclinic loop: orbits that connect 2 saddles" in cycles.stopped.reason
     assert cycles.orbit(-1).extrema.of("n")[0] == pytest.approx(0.1, abs=1e-6)
 

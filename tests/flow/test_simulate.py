@@ -163,6 +163,7 @@ def test_periods_must_be_a_whole_number(periods):
         ([[0, 0, 0, 0]], "give 4 numbers"),
         ([0, 0, np.nan, 0], "the state vx = nan is not a finite number"),
         ([0, 0, 0, np.inf], "the state vy = inf"),
+        ([1, None, 0, 0], "the state y = None is not a finite number"),
         ("rest", "not a list of numbers|is not a number"),
         ({"VX": 1.0}, "no state 'VX'; did you mean vx?"),
         ({"x": "left"}, "not a list of numbers|is not a number"),

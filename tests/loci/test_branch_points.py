@@ -171,11 +171,7 @@ def test_doublings_that_cross_branch_points_are_named_for_them():
     model = System(
         name="beside",
         parameters={"mu": -0.5, "b": 0.8},
-        states={
-            "x": "mu*x - x^3",
-            "y": "v",
-            "v": "-0.04*v - (b - 0.4*cos(2*t))*y - y^3",
-        },
+        states={"x": "mu*x - x^3", "y": "v", "v": "-0.04*v - (b - 0.4*cos(2*t))*y - y^3"},
         forcing={"period": "pi"},
     )
     settings = Settings(largest_period=1)

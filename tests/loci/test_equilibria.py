@@ -63,9 +63,7 @@ def test_lure_hopf_locus_is_a_hyperbola():
     assert np.abs(locus.eigenvalues.imag).max(axis=1) == pytest.approx(np.sqrt(locus.values[:, 1]))
     assert locus.supercritical.all()
     check_by_scipy(
-        locus,
-        lambda p, q: [[0, 1, 0], [0, 0, 1], [-1 + 2 * q[0], -p["b"], -p["a"]]],
-        "HB",
+        locus, lambda p, q: [[0, 1, 0], [0, 0, 1], [-1 + 2 * q[0], -p["b"], -p["a"]]], "HB"
     )
 
 

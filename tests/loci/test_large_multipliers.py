@@ -14,10 +14,7 @@ def test_no_generalized_period_doublings_are_made_of_rounding():
             "name": "Tsodyks-Markram",
             "parameters": {"E0": -1.5, "J": 3.07},
             "states": {
-                "E": {
-                    "rate": "(-E + 1.5*log(1 + exp((J*u*x*E + E0)/1.5)))/0.013",
-                    "start": 0.238,
-                },
+                "E": {"rate": "(-E + 1.5*log(1 + exp((J*u*x*E + E0)/1.5)))/0.013", "start": 0.238},
                 "x": {"rate": "(1 - x)/0.2 - u*x*E", "start": 0.746},
                 "u": {"rate": "(0.5 - u)/1.5 + 0.5*(1 - u)*E", "start": 0.646},
             },

@@ -11,13 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from helpers.bifurcation_sets import (
-    PLANES,
-    bifurcations,
-    crossings,
-    response,
-    whole_set,
-)
+from helpers.bifurcation_sets import PLANES, bifurcations, crossings, response, whole_set
 from helpers.reference import PRINTED, model_values
 from slipfold import SlidingOscillator
 from slipfold.bifurcations.loci.follow import follow_loci

@@ -148,8 +148,14 @@ def test_wells_of_a_pendulum_that_is_no_declared_angle_are_no_new_responses():
         if progress.done > 60_000:  # each well led to the next, without end
             raise KeyboardInterrupt
 
-    vary = {"g": (1.05, 1.15), "W": (0.6, 2 / 3)}
-    assert not sf.regimes(pendulum, vary, points=(2, 2), on_progress=end).interrupted
+    vary = {"g": (1.0, 1.12), "W": (0.64, 2 / 3)}
+    found = sf.regimes(pendulum, vary, points=(2, 4), on_progress=end)
+    assert not found.interrupted
+    # Those of period 1 coexist unless they are whole turns apart.
+    angles = found.states[:3, 0, :, 0] / (2 * np.pi)
+    apart = np.abs(angles - np.roll(angles, 1, axis=0))
+    assert (found.names("rest")[0] == "period 1").all()
+    assert (found.coexist[0] == (np.abs(apart - np.round(apart)) > 1e-2).any(axis=0)).all()
 
 
 def test_motions_that_stick_or_stop_say_so():

@@ -291,7 +291,8 @@ def test_motion_is_locked_between_further_folds_and_hardly_beside_a_weak_resonan
 
 @pytest.mark.long
 def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
-    # Followed to Nd = 0.14 as invariant circles, over two periods, it ends with 0.0955495283.
+    circles = of_the_sliding_oscillator((0.14, 0.156), 0.15).tori[-1]
+    assert (circles.parameter[-1], circles.period) == (pytest.approx(0.14), 2)
     found = sf.lyapunov(sf.SlidingOscillator(f=12.5), 16_000, Nd=0.14)
-    assert found.classification.rotation == pytest.approx(0.0955495283, abs=1e-7)
+    assert found.classification.rotation == pytest.approx(circles.rotation[-1], abs=1e-7)
     assert "its rotation number is 0.0955495 +- " in found.summary()

@@ -114,9 +114,9 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float | str] | N
         raise InputError(
             f"the state has the shape {values.shape}; give {len(names)} numbers: {', '.join(names)}"
         )
-    for name, value in zip(names, values, strict=True):
+    for name, value, given in zip(names, values, np.array(state, dtype=object), strict=True):
         if not math.isfinite(value):
-            raise InputError(f"the state {name} = {value} is not a finite number; give one")
+            raise InputError(f"the state {name} = {given} is not a finite number; give one")
     return values
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import heyoka as hy
 import numpy as np
@@ -16,47 +17,41 @@ from slipfold.flow.simulate import simulate
 from slipfold.long_term.exponents import Exponents
 from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.read_only import Documented
 
 SHOWN, PER_PERIOD = 400, 64
 """Periods of a torus or of chaos that are sampled for extremes, and samples per period."""
 
 
 @dataclass(frozen=True, eq=False)
-class Attractor:
-    """An attractor; frozen.
+class Attractor(Documented):
+    """An attractor; frozen."""
 
-    Parameters
-    ----------
-    id
-        Its number, from 1 in the order of detection.
-    kind
-        ``"periodic"``, ``"torus"``, ``"chaos"``, or of an autonomous model ``"cycle"`` and
-        ``"equilibrium"``.
-    state
-        A state on it, at phase zero, shape (n_states,).
-    minimum, maximum
-        Least and largest value of every output, the states first, shape (n_outputs,).
-    period
-        Period in forcing periods; None if it does not repeat with the forcing.
-    duration
-        Seconds that a cycle takes; None for others.
-    multipliers
-        Floquet multipliers, the largest first, complex, shape (n_states,); of an equilibrium its
-        eigenvalues in 1/s; NaN for a torus or chaos.
-    exponents
-        Lyapunov exponents, the largest first, shape (n_states,), per forcing period, or in 1/s of
-        an autonomous model; NaN if it repeats.
-    """
-
-    id: int
-    kind: str
-    state: Array
-    minimum: Array
-    maximum: Array
-    period: int | None
-    duration: float | None
-    multipliers: NDArray[np.complex128]
-    exponents: Array
+    id: Annotated[int, "Its number, from 1 in the order of detection."]
+    kind: Annotated[
+        str,
+        '``"periodic"``, ``"torus"``, ``"chaos"``, or of an autonomous model ``"cycle"`` and '
+        '``"equilibrium"``.',
+    ]
+    state: Annotated[Array, "A state on it, at phase zero, shape (n_states,)."]
+    minimum: Annotated[
+        Array, "Least and largest value of every output, the states first, shape (n_outputs,)."
+    ]
+    maximum: Annotated[Array, ""]
+    period: Annotated[
+        int | None, "Period in forcing periods; None if it does not repeat with the forcing."
+    ]
+    duration: Annotated[float | None, "Seconds that a cycle takes; None for others."]
+    multipliers: Annotated[
+        NDArray[np.complex128],
+        "Floquet multipliers, the largest first, complex, shape (n_states,); of an equilibrium its "
+        "eigenvalues in 1/s; NaN for a torus or chaos.",
+    ]
+    exponents: Annotated[
+        Array,
+        "Lyapunov exponents, the largest first, shape (n_states,), per forcing period, or in 1/s "
+        "of an autonomous model; NaN if it repeats.",
+    ]
 
 
 def preserves_volume(model: Model) -> bool:

@@ -62,7 +62,7 @@ CROWDED = 9.0
 
 TORI = {STABLE: "torus", OTHER: "unstable torus"}
 
-BREAKS = ("broken", "failed", "homoclinic", "points", "resonance")
+BREAKS = ("broken", "failed", "heteroclinic", "homoclinic", "points", "resonance")
 """Kinds of ends at which tori are marked as not followed further."""
 
 

@@ -20,6 +20,7 @@ from slipfold.bifurcations.branches.stops import (
     family_end,
     far_away,
     in_family,
+    loop_kind,
     size_in_scales,
 )
 from slipfold.continuation.end import End
@@ -101,7 +102,7 @@ class BranchEndings(Endings[OrbitPoint]):
         elif kind == "failed" and critical > 1 and _is_undamped(orbits, last):
             reason = UNDAMPED.format(critical, reason)
         if kind == "failed" and clause:
-            kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
+            kind, reason = loop_kind(clause), f"{clause} (no cycle was found any nearer to it)"
         elif clause:
             reason = f"{reason}; {clause}"
         return End(kind, reason, orbits.place(last.z))

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.stops import STOP
+from slipfold.bifurcations.branches.stops import LOOPS, STOP, loop_kind
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.models.angles import wrap_angles
@@ -60,7 +60,7 @@ class Homoclinic:
         recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
         crawls = len(points) > RULE.crawls and recent < RULE.arc
         stands = (RULE.stands, 1.0) if crawls else (STOP.constant, RULE.grown)
-        kind = "homoclinic"
+        kind = ""
         if _stands(orbits, points, *stands) and (neared := _neared(points[-1])):
             reason = (
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
@@ -93,7 +93,9 @@ class Homoclinic:
             )
         else:
             return MonitorResult()
-        return MonitorResult(stop=Stop(interval.point, End(kind, reason, (value,))))
+        return MonitorResult(
+            stop=Stop(interval.point, End(kind or loop_kind(reason), reason, (value,)))
+        )
 
     def _folds(self, interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
         """Return the places of the last folds of cycles, in spans, and durations, if there are."""
@@ -130,7 +132,7 @@ def snakes_about(
     folds = [float(item.point.z[-1]) for item in found if item.type == "LP"]
     about = list[float]()
     for end, ends in ((started, folds[:3]), (stopped, folds[:-4:-1])):
-        if end is not None and end.kind == "homoclinic" and len(ends) == 3:
+        if end is not None and end.kind in LOOPS and len(ends) == 3:
             last, before, third = ends
             about += [last, before] if abs(third - last) < RULE.snakes else [last]
     return about

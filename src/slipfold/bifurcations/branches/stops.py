@@ -50,6 +50,13 @@ class StopRules:
 
 STOP = StopRules()
 
+LOOPS = ("homoclinic", "heteroclinic")
+
+
+def loop_kind(reason: str) -> str:
+    """Return which kind of loop a sentence says that cycles near."""
+    return LOOPS["a heteroclinic loop" in reason]
+
 
 class Limits:
     """Ends a curve where the model ceases to be valid."""
@@ -95,7 +102,7 @@ class Unresolved:
             "could be missed beyond; the orbit is practically unobservable there"
         )
         clause = self._clause(interval.traced.points)
-        kind = "homoclinic" if clause else "unresolved"
+        kind = loop_kind(clause) if clause else "unresolved"
         reason = f"{clause}; {reason}" if clause else reason
         end = End(kind, reason, self._curve.place(interval.point.z))
         return MonitorResult(stop=Stop(interval.before, end))

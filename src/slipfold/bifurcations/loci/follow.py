@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.events import Happened, check_events, events
 from slipfold.bifurcations.branches.homoclinic import locus_nears
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.stops import Limits, Standing, Unresolved
+from slipfold.bifurcations.branches.stops import Limits, Standing, Unresolved, loop_kind
 from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
@@ -147,9 +147,9 @@ class _LocusEndings(Endings[OrbitPoint]):
             )
             return End("window", reason, pair_of(curve, last))
         kind, reason = failure_reason(curve.orbits, last, failure)
-        if clause := locus_nears(curve.orbits, traced.points):
+        if kind == "failed" and (clause := locus_nears(curve.orbits, traced.points)):
             reason = f"{clause}, beside which multipliers change too fast to be followed ({reason})"
-            return End("homoclinic", reason, pair_of(curve, last))
+            return End(loop_kind(clause), reason, pair_of(curve, last))
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
         if on_circle > (2 if curve.condition in PAIRED else 1):
             reason = (
