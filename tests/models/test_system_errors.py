@@ -18,6 +18,10 @@ OF_TEXT = {
     "unknown function": ("cos(", "coss(", 'coss(W*t)"', ["no function 'coss'; did you mean cos?"]),
     "corner": ("0.05*v", "abs(v)", "abs(v) - sti", ["abs is not smooth"]),
     "grammar": ("0.05*v", "0.05 v", "v - stiff*q", ["for a product write 0.05*v"]),
+    "degrees": (
+        '}\n[formulas]\ncubic = "g*', ', unit = "deg" }\n[formulas]\ncubic = "sin(g)*', "g)*q",
+        ["sin takes radians, but g is in deg"],
+    ),
     "Euler": ("0.05*v", "e*v", "e*v - stiff*", ["write exp(1) for Euler's number"]),
     "circle of one": ('"g*q^3"', '"cubic*q"', 'cubic = "cub', ["the formula cubic uses itself"]),
     "time in the period": ('"2*pi/W"', '"2*pi/t"', 't"', ["cannot depend on the time t"]),

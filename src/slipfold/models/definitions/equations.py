@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -349,8 +350,15 @@ class _Formulas:
             "the forces in contacts": forces,
         }
         self.trees: dict[Keys, Tree] = {}
+        units = {name: item.unit for name, item in definition.parameters.items()}
+        units |= {name: item.unit for name, item in definition.states.items()}
+        degrees = "|".join(name for name in units if units[name] in ("deg", "°")) or "(?!)"
         for path, text in texts.items():
             try:
+                if wrong := re.search(rf"\b(sin|cos|tan)\(\s*({degrees})\s*\)", text):
+                    what = f"{wrong[1]} takes radians, but {wrong[2]} is in deg; give it the unit "
+                    advice = 'rad, and its value as in "30 deg"'
+                    raise FormulaError(what + advice, wrong.start(2), len(wrong[2]))
                 self.trees[path] = parse_formula(text)
                 self._look_up(path)
             except FormulaError as error:
