@@ -199,7 +199,7 @@ def model_from_record(
     name: str,
     structure: Mapping[str, Any],
     values: Mapping[str, Any],
-    kind: type[Model] | None = None,
+    kind: object = None,
 ) -> Model:
     """Make a saved model again."""
     for part, made in (("forced", Unforced), ("mode", NonlinearMode)):
