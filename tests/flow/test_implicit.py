@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.dry_friction import belt
+from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
 
@@ -137,3 +138,10 @@ def test_decay_onto_the_motion_is_resolved(follower):
     exact = np.cos(2 * np.pi * phase) + np.exp(-1e6 * phase)
     assert motion.polynomials(np.array([phase]))[0, 0] == pytest.approx(exact, abs=1e-10)
     assert motion.state[0] == pytest.approx(1.0, abs=1e-11)
+
+
+def test_the_interval_of_time_is_not_that_of_a_decay():
+    states = {"x": "y", "y": "-x - 0.05*y", "z": "-3000*(z - x)"}
+    model = sf.System(parameters={"a": 1.0}, states=states)
+    paced, _ = with_duration(model, np.array([1.0, 0.0, 0.0]), None)
+    assert 1 <= paced.values["duration"] <= 12  # the slow rate is 1/s
