@@ -240,9 +240,9 @@ class Interpolated:
 
     def ambiguous_arclength(self, grid: Array) -> float | None:
         """Return where the first of them on one curve is ambiguous, None if none is."""
-        for index in np.flatnonzero(self.ambiguous).tolist():
+        for index in self.ambiguous.nonzero()[0].tolist():
             if self._crosses[index]:
-                changes = np.flatnonzero(self._changes[:, index])
+                changes = self._changes[:, index].nonzero()[0]
                 return float(grid[min(changes[1], len(grid) - 1)])
             above = self._above_zero[:, index]
             lowest = int(above.argmin())

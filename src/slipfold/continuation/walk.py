@@ -157,7 +157,7 @@ class Front:
         fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)
         # A point that is the last one but for rounding is no step.
         fits &= found & inside & (self.arclengths[at, -1] + length > self.arclengths[at, -1])
-        rejected = np.flatnonzero(inside > fits)
+        rejected = (inside > fits).nonzero()[0]
         if len(rejected):
             ratio = np.where(
                 found,
@@ -205,7 +205,7 @@ class Front:
         guesses, normals = self._extrapolated(rows, target)
         guesses, held = self._equations.aligned(rows, guesses), self._held[rows]
         held = np.where(held < 0, self._first_wall(rows, guesses, target, STEP.edge), held)
-        for i in np.flatnonzero(held >= 0).tolist():
+        for i in (held >= 0).nonzero()[0].tolist():
             wall, row = int(held[i]), rows[i : i + 1]
             index, value = self._components[wall], self._walls[wall]
             arclength = self._arclength_at(int(row[0]), wall, target[i])
@@ -227,8 +227,8 @@ class Front:
         """Return the wall that each curve passes first before an unknown, -1 if none."""
         first = np.full(len(rows), -1)
         beyond = self._directions * (z[:, self._components] - self._walls) > tolerance
-        for i in np.flatnonzero(beyond.any(axis=1)).tolist() if beyond.any() else ():
-            walls = np.flatnonzero(beyond[i]).tolist()
+        for i in beyond.any(axis=1).nonzero()[0].tolist() if beyond.any() else ():
+            walls = beyond[i].nonzero()[0].tolist()
             reached = [self._arclength_at(int(rows[i]), wall, target[i])[0] for wall in walls]
             first[i] = min(zip(reached, walls, strict=True))[1]
         return first
@@ -282,7 +282,7 @@ class Front:
         drifted = drift(errors, values, actual, noise, coarse)
         allowed = np.minimum(ratio_by_geometry(error, turn), STEP.longer)
         limiting = ratio_by_tests(drifted) < allowed
-        jumping = np.flatnonzero(limiting & (error < STEP.straight))
+        jumping = (limiting & (error < STEP.straight)).nonzero()[0]
         if len(jumping):
             own = values[jumping], actual[jumping]
             errors[jumping] = _without_jumps(errors[jumping], *own)
@@ -290,7 +290,7 @@ class Front:
             limiting[jumping] = ratio_by_tests(others) < allowed[jumping]
             drifted[jumping] = np.where(limiting[jumping], drifted[jumping], others)
         # Better predictions, and whether they matter, take longer to compute.
-        for i in np.flatnonzero(limiting).tolist():
+        for i in limiting.nonzero()[0].tolist():
             row = int(rows[i])
             extrapolated = self._equations.extrapolated(row, weights[i : i + 1])
             if extrapolated is not None:

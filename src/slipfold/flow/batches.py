@@ -168,7 +168,7 @@ def padded(items: Array) -> Array:
     """Fill the remaining lanes with copies of the last item."""
     if len(items) == LANES:
         return items
-    return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
+    return np.concatenate([items, items[-1:].repeat(LANES - len(items), axis=0)])
 
 
 def set_out(batch: Any, start: Array) -> None:

@@ -207,7 +207,7 @@ def _extrema_of_orbits(
     rows, signs = np.ravel_multi_index((side, column, orbit), shape), 1.0 - 2.0 * side
     beside = values[orbit[:, None], (at[:, None] + _PLACES) % total, column[:, None]]
     beside *= signs[:, None]
-    found, rough = _least_between(beside), np.flatnonzero(~_is_smooth(beside))
+    found, rough = _least_between(beside), (~_is_smooth(beside)).nonzero()[0]
     column, orbit, at, signs = column[rough], orbit[rough], at[rough], signs[rough]
     earlier = orbit * total + (at - 1) % total
     states, start, width = samples[earlier], phases[earlier], np.full(len(orbit), spacing)
@@ -223,8 +223,8 @@ def _extrema_of_orbits(
         )
         outputs = flat.reshape(*times.shape, -1)[:, :, columns]
         lowest = signs * values[orbit, at, column]
-        for row in np.flatnonzero(np.isin(orbit, jumping)):
-            pieces = np.flatnonzero(jumping == orbit[row])
+        for row in np.isin(orbit, jumping).nonzero()[0]:
+            pieces = (jumping == orbit[row]).nonzero()[0]
             of_row = signs[row] * outputs[pieces, :, column[row]]
             piece, place = divmod(int(of_row.argmin()), SEARCH.zoom)
             if of_row[piece, place] < lowest[row]:

@@ -23,7 +23,7 @@ def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128
     # Moduli of a pair differ by rounding: compared to twelve digits, pairs stay together.
     modulus = np.abs(values)
     largest = modulus.max(axis=-1, keepdims=True, initial=0.0)
-    modulus = np.round(modulus / (largest + (largest == 0)), 12)
+    modulus = (modulus / (largest + (largest == 0))).round(12)
     order = np.lexsort((-values.imag, -values.real, -modulus), axis=-1)
     # One set of multipliers is indexed in a tenth of the time.
     return values[order] if values.ndim == 1 else np.take_along_axis(values, order, axis=-1)

@@ -67,7 +67,7 @@ class Limits:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the first of the limits is broken."""
         curve, orbits, cuts = self._curve, self._curve.orbits, []
-        for index in np.flatnonzero(~(margins_at(interval.point) > 0)):
+        for index in (~(margins_at(interval.point) > 0)).nonzero()[0]:
             limit = orbits.model.limits[index]
 
             def margin(item: OrbitPoint, index: int = int(index)) -> float:

@@ -446,7 +446,7 @@ def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Ar
     n, counts = single.shape[1], np.diff(np.append(anchors, len(single)))
     result = single[anchors]
     for j in range(1, counts.max()):
-        some = np.flatnonzero(counts > j)
+        some = (counts > j).nonzero()[0]
         piece = single[anchors[some] + j]
         whole = piece[:, :, :n] @ result[some]
         whole[:, :, n:] += piece[:, :, n:]
