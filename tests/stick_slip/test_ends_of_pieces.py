@@ -88,3 +88,16 @@ def test_the_branch_of_a_damped_belt_ends_where_slip_only_just_stops(first: floa
     assert point.type == "GRAZE"
     assert abs(point.value - 0.5478480833575481) < point.uncertainty < 1e-9
     assert diagram.checked.agree
+
+
+def test_the_node_of_a_doubled_orbit_is_not_where_another_period_changes() -> None:
+    # The middle of its longest stop is a whole forcing period after a stop of the other period.
+    wedge = sf.System(
+        parameters={"W": 3.0},
+        states={"s": {"rate": "v", "start": 0.1}, "v": "20 + 15*cos(W*t) - 100*s - 0.5*v + T"},
+        contacts={"T": {"slip": "-v", "normal": "-640.5*s", "friction": sf.Coulomb(mu_k=0.4)}},
+        forcing={"period": "2*pi/W"},
+    )
+    diagram = sf.response(wedge, "W", (3, 6.2), settings=sf.Settings(largest_period=2))
+    assert [branch.period for branch in diagram.branches] == [1, 2, 2]
+    assert {branch.stopped.kind for branch in diagram.branches} == {"span", "closed"}

@@ -177,7 +177,7 @@ class SwitchedShooting(Shooting):
         return self._starting_at(0.5 * (begin + end))
 
     def _starting_at(self, phase: float) -> SwitchedShooting:
-        return SwitchedShooting(self.model, self.free, self.period, phase=phase % 1.0)
+        return SwitchedShooting(self.model, self.free, self.period, phase=phase % self.period)
 
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
@@ -186,7 +186,7 @@ class SwitchedShooting(Shooting):
         spans = self.spans(nodes, constants)
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
         places = begin + (end - begin) * np.array([0.3, 0.7])
-        apart = np.abs((places - self.phase + 0.5) % 1.0 - 0.5)
+        apart = np.abs((places - self.phase + self.period / 2) % self.period - self.period / 2)
         other = self._starting_at(float(places[apart.argmax()]))
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
