@@ -357,3 +357,9 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
     assert last["done"]
     assert last["branches"][0]["stopped"]["kind"] == "span"
     assert all(item["stopped"]["kind"] == "interrupted" for item in last["branches"][1:])
+
+
+def test_a_response_ends_where_it_is_before_its_request_is_given_up(monkeypatch):
+    monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
+    *_, last = told_of(Catalogue())
+    assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")

@@ -169,8 +169,8 @@ def diagram_note(progress: Progress) -> dict[str, Any]:
 class GapsProgress:
     """The progress of a response; an observer of its computation.
 
-    What is known before gaps are filled, or before it is checked, is shown. Branches are followed
-    for no longer than a reader waits: then they end where they are.
+    What is known before gaps are filled, or before it is checked, is shown. Branches that take
+    longer than a reader waits end where they are, before a request is given up on a busy machine.
     """
 
     def __init__(
@@ -184,6 +184,7 @@ class GapsProgress:
         self._about = model.replace(**{request.vary: request.span[0]}), request.vary, request.span
         self._show = show
         self._end = process_time() + PAGE.following
+        self._last = perf_counter() + request.seconds / 2
         self._stage = "branches"
 
     def __call__(self, progress: Progress) -> None:
@@ -195,7 +196,8 @@ class GapsProgress:
             if branches and self._show is not None:
                 known = Diagram(*self._about, branches, Settings(), (), provenance(0.0))
                 self._show(known)
-        if progress.stage != "checks" and process_time() > self._end:
+        late = "points" in progress.values and perf_counter() > self._last
+        if progress.stage != "checks" and (late or process_time() > self._end):
             raise KeyboardInterrupt
 
 

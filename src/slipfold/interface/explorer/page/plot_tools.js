@@ -276,7 +276,7 @@ const GAP = 8;
 /** Pixels within which markers lie on each other: they share a text. */
 const CLOSE = 9;
 
-/** Pixels that a text keeps from the axes. */
+/** Pixels that a text keeps from the axes, and from the next one. */
 const CLEAR = 3;
 
 /** Share of a text that may lie on other texts; it is left out where there is no such place. */
@@ -304,7 +304,8 @@ export function labelPlaces(texts, lines, frame, others = []) {
       0.3 * i + outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink));
     const best = costs.indexOf(Math.min(...costs));
     const isHidden = overlap(boxes[best], labels) > HIDDEN * text.length * WIDTH * HEIGHT * typeScale() ** 2;
-    if (text && !isHidden) labels.push(boxes[best]);
+    const [left, top, right, bottom] = boxes[best];
+    if (text && !isHidden) labels.push([left - CLEAR, top, right + CLEAR, bottom]);
     return { text: isHidden ? "" : text, position: POSITIONS[best] };
   });
 }
