@@ -280,7 +280,7 @@ const CLOSE = 9;
 const CLEAR = 3;
 
 /** Share of a text that may lie on other texts; it is left out where there is no such place. */
-const HIDDEN = 0.2;
+const HIDDEN = 0.05;
 
 /** Share of the plot's width from which a text is short. */
 const WIDE = 0.3;
