@@ -350,16 +350,10 @@ def test_a_motion_is_followed_and_what_cannot_be_is_said():
 
 
 def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
-    settings = PageSettings(filling=0.0)
-    monkeypatch.setattr("slipfold.interface.explorer.curves.PAGE", settings)
-    view = {"model": "vanderpol-free", "vary": "mu", "span": [0.1, 3]}
-    *_, last = told_of(Catalogue(), **view)
-    assert last["done"]
-    assert last["branches"][0]["stopped"]["kind"] == "span"
+    monkeypatch.setattr("slipfold.interface.explorer.curves.PAGE", PageSettings(filling=0.0))
+    *_, last = told_of(Catalogue(), model="vanderpol-free", vary="mu", span=[0.1, 3])
+    assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "span")
     assert all(item["stopped"]["kind"] == "interrupted" for item in last["branches"][1:])
-
-
-def test_a_response_ends_where_it_is_before_its_request_is_given_up(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
     *_, last = told_of(Catalogue())
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")
