@@ -6,17 +6,25 @@ import re
 from collections.abc import Mapping
 from inspect import cleandoc, get_annotations, isfunction
 from textwrap import fill
-from typing import Any, ClassVar, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, get_origin, get_type_hints
 
 import numpy as np
 
 
-def _own(kind: type) -> dict[str, Any]:
-    """Return the annotations of a class, those of its bases first."""
-    found: dict[str, Any] = {}
+def field_hints(kind: type) -> dict[str, Any]:
+    """Return the types of fields, those of bases first, with what they mean."""
+    hints = get_type_hints(kind, include_extras=True)
     for each in reversed(kind.__mro__):
-        found |= get_annotations(each)
-    return found
+        hints |= vars(each).get("_annotated", {})
+    return hints
+
+
+def _make_bare(kind: type) -> None:
+    """Leave the bare types of fields in annotations, which signatures show."""
+    own, hints = get_annotations(kind), get_type_hints(kind, include_extras=True)
+    found = {name: hints[name] for name in own if get_origin(hints[name]) is Annotated}
+    kind._annotated = found  # type: ignore[attr-defined]
+    kind.__annotations__ |= {name: hint.__origin__ for name, hint in found.items()}
 
 
 def _entry(lines: list[str], name: str, text: str) -> None:
@@ -34,6 +42,7 @@ def _describe(method: Any) -> None:
         note = getattr(method.__globals__.get(hint), "__metadata__", (None,))[0]
         if isinstance(note, str) and name != "return":
             _entry(lines, name, note)
+            method.__annotations__[name] = method.__globals__[hint].__origin__
     if not lines:
         return
     text = cleandoc(method.__doc__ or "")
@@ -66,11 +75,13 @@ class Documented:
         before, after = (
             (text[: section.start()], text[section.start() :]) if section else (text, "")
         )
-        if "\nParameters\n" in before or "Annotated" not in str(_own(cls)):
+        if "Annotated" in str(get_annotations(cls)):
+            _make_bare(cls)
+        if "\nParameters\n" in before or not any("_annotated" in vars(k) for k in cls.__mro__):
             return
-        hints = get_type_hints(cls, include_extras=True)
+        hints = field_hints(cls)
         lines = [before.rstrip("\n"), "", "Parameters", "----------"]
-        for name in _own(cls):
+        for name in hints:
             if get_origin(hints[name]) is not ClassVar:
                 shared = getattr(hints[name], "__metadata__", ()) == ("",)
                 text = "" if shared else cls._field_text(name, hints[name])

@@ -182,7 +182,7 @@ def files(path):
     ("broken.npz", "cannot be read as a .npz file"),
     ("broken.mtx", "cannot be read as a .mtx file"),
     ("table.mtx", "it has no Matrix Market header and 2 numbers a row"),
-    ("headless.mtx", "its first row is the size of a Matrix Market file, whose header is missing"),
+    ("headless.mtx", "its first row may be the size of a Matrix Market file"),
     ("broken.hb", "its type is CSA; real assembled matrices (RSA, RUA) are read"),
     ("broken.mat", "cannot be read as a .mat file"),
     ("new.mat", "MATLAB file of version 7.3"),

@@ -180,7 +180,7 @@ def test_matrices_lie_beside_the_file(kind, file):
         ('type = "CubicSpring"\n', "", "line 14, column 1: elements[0] has no type; give one of"),
         ('at = "tip"\nk3', 'at = "tpi"\nk3', "line 16, column 6: the structure has no degree of"),
         ('at = "tip"\nk3', "k3", "line 14, column 1: elements[0] has no at; give it"),
-        ("k3 = 1e4", 'k3 = "2*a"', "line 17, column 6: k3 = '2*a' is a formula; give a number"),
+        ("k3 = 1e4", 'k3 = "2*a"', "line 17, column 6: k3 = '2*a' is no calculation of numbers"),
         ("k3 = 1e4", "K3 = 1", "line 17, column 1: elements[0] has no entry 'K3'; did you mean k3"),
         ("[0, 1]", "[0, 0]", "line 22, column 8: the axis of a geometric spring is zero"),
         ("mu_s = 0.4", "mu_s = 0.1", "line 27, column 39: mu_s = 0.1 is below mu_k = 0.3"),

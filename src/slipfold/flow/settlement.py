@@ -268,19 +268,22 @@ def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlemen
         )
     return not_converged(
         f"{start}the state changes by {first.drift:.1e} from period to period and this does not "
-        f"shrink; {_advice(periods)}",
+        f"shrink; {_advice(trends, periods)}",
         first.drift,
         first.rate,
     )
 
 
-def _advice(periods: int) -> str:
+def _advice(trends: list[Trend], periods: int) -> str:
     if periods < CONVERGENCE.short:
         advice = 5 * CONVERGENCE.short
         return f"so short a run cannot distinguish a transient from a torus: simulate {advice}"
+    # What moves on steadily is eight times as far after eight periods.
+    moves_on = trends[-1].drift > trends[-1].period / 2 * trends[0].drift
+    angle = "an angle that revolves and is not declared, " * moves_on
     return (
-        "a torus, chaos, a period above 8, a very slow transient, or an angle that revolves and is "
-        f"not declared: look at the stroboscopic states, or simulate {10 * periods}"
+        f"{angle}a torus, chaos, a period above 8, or a very slow transient: look at the "
+        f"stroboscopic states, or simulate {10 * periods}"
     )
 
 

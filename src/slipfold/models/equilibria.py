@@ -26,7 +26,8 @@ def check_followed(model: Model) -> None:
     for name in model.resting:
         raise InputError(
             f"the slip of the contact {name} is zero or swings where states are zero; "
-            "count states from steady sliding, whose speed is then in it, as in Vd - v, or simulate"
+            "give its surface a constant speed other than zero, count states from steady sliding, "
+            "so that this speed is in the slip, as in Vd - v, or simulate"
         )
 
 

@@ -129,8 +129,8 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
         wrong = f"has a decimal comma, write {text.strip().replace(',', '.', 1)}"
     wanted = wanted_text(unit)
     if suffix.startswith(("*", "+", "-", "^")) or (match is None and "*" in text):
-        wrong = "is a formula"
-        wanted += "; friction that depends on states is a factor of the normal force in a System"
+        wrong = "is no calculation of numbers"
+        wanted += "; what depends on states is written into the equations of a System"
     raise InputError(f"{name} = {text!r} {wrong}; give {wanted}")
 
 

@@ -25,12 +25,14 @@ DIFFERENCED_TWICE = 1e-3
 """That of second differences: rounding of 1e-12 is 1e-6 then, and so is what they leave out."""
 
 NEUTRAL = 1e-3
-"""Distance of a multiplier from one of an orbit that may rest anywhere: it creeps before."""
+"""Distance of a multiplier from one within which an orbit may rest anywhere.
+
+Friction that only just holds lets a contact move a little in each period before it sticks for good.
+"""
 
 RESTING = (
     "the contact{name} of {model} sticks for good, so it may rest anywhere in a range and no orbit "
-    "stands alone; begin where it slips, or put a stiff spring in its place: what it holds so "
-    "vibrates as without friction"
+    "is isolated; choose values at which it slips, or replace the contact by a stiff spring"
 )
 
 Passed = list[tuple[SmoothPhase, Mode]]

@@ -9,13 +9,14 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from operator import attrgetter
 from types import SimpleNamespace
-from typing import Any, ClassVar, Protocol, cast, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Protocol, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, Parameter, State
+from slipfold.read_only import field_hints
 from slipfold.results.records import SavedTable, types_of
 from slipfold.results.tables import Variable
 from slipfold.text import headed
@@ -100,8 +101,7 @@ class ResultPart:
 @cache
 def parts_of(kind: type[Declared]) -> dict[str, ResultPart]:
     """Return how attributes of a class are written as arrays, in the order of its fields."""
-    hints = get_type_hints(kind, include_extras=True)
-    notes = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
+    notes = {k: getattr(hint, "__metadata__", ()) for k, hint in field_hints(kind).items()}
     declared = {
         name: note[0] for name, note in notes.items() if note and isinstance(note[0], ResultPart)
     }

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from itertools import islice
 from time import perf_counter
 
@@ -100,7 +99,6 @@ def failure(number: int, given: dict[str, float], reason: str) -> Record:
     return {"case": number, "failed": reason, "given": given}
 
 
-@cache
 class Groups:
     """Numbers of cases in order, cut into groups by the measured time of a case.
 

@@ -294,6 +294,7 @@ class Workers:
         self._pending: list[Job] = []
         self._workers: list[WorkerProcess] = []
         self._failed_starts = 0
+        self._extra = True  # whether one more may start for quick jobs
         self._stopping = False
 
     @property
@@ -350,7 +351,7 @@ class Workers:
         home = self._workers[job.home % self._count]
         if job.is_quick and all(worker.ready for worker in self._workers):
             idle = [worker for worker in self._workers if worker.idle]
-            if not idle and len(self._workers) == self._count:
+            if not idle and self._extra and len(self._workers) == self._count:
                 self._workers.append(self._started(self._count))
             return idle[0] if idle else None
         idle = [worker for worker in self._workers[: self._count] if worker.idle]
@@ -409,6 +410,10 @@ class Workers:
         worker.end()
         job, code = worker.job, worker.process.exitcode
         worker.finish()
+        if worker.index == self._count and not worker.ready:  # the others do without it
+            self._workers.remove(worker)
+            self._extra = False
+            return
         self._failed_starts += not worker.ready
         lasting = self._failed_starts >= self._limits.failed_starts
         if not lasting:

@@ -81,8 +81,9 @@ def _read_market(path: Path) -> Any:
         raise ValueError(f"it has no Matrix Market header and {table.shape[1]} numbers a row")
     if (table[0] == [*table[:, :2].max(axis=0), len(table) - 1]).all():
         raise ValueError(
-            "its first row is the size of a Matrix Market file, whose header is missing; begin the "
-            "file with %%MatrixMarket matrix coordinate real general, or symmetric"
+            "its first row may be the size of a Matrix Market file whose header is missing, or the "
+            "last entry of a matrix; begin the file with %%MatrixMarket matrix coordinate real "
+            "general, or symmetric, or let another entry be first"
         )
     rows, columns = (table[:, place].astype(np.int64) - 1 for place in (0, 1))
     return coo_array((table[:, 2], (rows, columns)), (max(rows.max(), columns.max()) + 1,) * 2)
