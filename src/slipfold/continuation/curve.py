@@ -41,6 +41,10 @@ class Point:
         """The test functions in their order."""
         return np.array(list(self.tests.values()))
 
+    def resembles(self, other: Point) -> bool:
+        """Whether the unknown of another point means the same, so that both are interpolated."""
+        return self.curve is other.curve
+
     @property
     def growth(self) -> float:
         """Upper bound of a function that is zero at bifurcations; infinite where none is known.

@@ -131,8 +131,6 @@ class _Follower(Generic[P]):
                 traced.end = self.endings.failed(traced, Failure("failed", reason))
                 return None
             self.on_step(traced)
-            if traced.end is not None and traced.end.kind == "closed":  # on a known curve
-                return None
             if traced.end is None and reaches(item, self.bounds):
                 break
             if traced.end is not None:
@@ -143,7 +141,8 @@ class _Follower(Generic[P]):
                 traced.end = self.endings.failed(traced, Failure("failed", breakdown(error)))
                 return None
             if renewed:
-                return item.arclength - before.arclength
+                same = traced.points[-1].resembles(before)  # nothing was computed again
+                return float(steps.front.step[0]) if same else item.arclength - before.arclength
         traced.end = self.endings.left(traced)
         return None
 

@@ -311,7 +311,7 @@ class _Chord(Projection[P]):
         """Use points outside the bracket, too; return them with their positions."""
         apart, chosen = SPACING * self.length, list[tuple[float, P]]()
         for point in history:
-            if (point.curve, point.piece) != (self._a.curve, self._a.piece):
+            if point.piece != self._a.piece or not point.resembles(self._a):
                 continue
             s = self._position(point)
             near = not -apart <= s <= self.length + apart

@@ -100,6 +100,7 @@ class Correction:
     distance: float  # distance of `z` from the guess
     moved: float  # distance from where the derivatives were taken
     iterations: int  # number of linearizations
+    row: Array  # normal of the hyperplane through the guess
     failure: str  # why there is no solution; empty if there is one
 
     @property
@@ -130,7 +131,7 @@ def correct(
         z, _, left = _chord_steps(equations, expected.bordered(row), z, 0.0, longest)
         if left > NEWTON.hopeless * reach:
             failure = TOO_SHARP if np.isfinite(left) else equations.undefined
-            return Correction(z, None, None, np.inf, 0.0, left, 0, failure)
+            return Correction(z, None, None, np.inf, 0.0, left, 0, row, failure)
     linearization, bordered = None, None
     moved, mismatch = np.inf, np.inf
     failure = f"no convergence in {iterations} corrections"
@@ -147,9 +148,8 @@ def correct(
         previous, moved = moved, length_of(step)
         # On a branch point, where chord steps may lead, no step exists.
         arrived = moved <= NEWTON.still or (left <= NEWTON.exact and isnan(moved))
-        if (arrived or NEWTON.stalled * previous < moved < NEWTON.rounding) and length_of(
-            z
-        ) < NEWTON.farthest:
+        arrived = arrived or NEWTON.stalled * previous < moved < NEWTON.rounding
+        if arrived and length_of(z) < NEWTON.farthest:
             mismatch = equations.residual(defect)
             if mismatch <= tolerance:
                 z, failure = z if isnan(moved) else z + step, ""
@@ -158,10 +158,8 @@ def correct(
                     bordered = None if linearization is None else linearization.bordered(row)
                     failure = equations.undefined if linearization is None else ""
                 break
-        if (
-            not moved < max(NEWTON.growth * previous, NEWTON.rounding)
-            or length_of(z) > NEWTON.farthest
-        ):
+        largest = max(NEWTON.growth * previous, NEWTON.rounding)
+        if not moved < largest or length_of(z) > NEWTON.farthest:
             failure = DIVERGED
             break
         if moved > reach:
@@ -174,9 +172,9 @@ def correct(
             if not left < longest:
                 moved, failure = left, DIVERGED if isfinite(left) else equations.undefined
                 break
-    return Correction(
-        z, linearization, bordered, mismatch, length_of(z - guess), moved, taken, failure
-    )
+    away = length_of(z - guess)
+    z = np.where(np.abs(row) == 1, guess, z)  # on a wall exactly, whatever rounding did
+    return Correction(z, linearization, bordered, mismatch, away, moved, taken, row, failure)
 
 
 def _linearized(equations: NewtonEquations, z: Array) -> Linearized | None:

@@ -40,7 +40,7 @@ class TracedCurve(Generic[P]):
     def recent(self, count: int) -> list[P]:
         """Return the last points, as far as their unknowns mean the same."""
         last = self.points[-1]
-        return [point for point in self.points[-count:] if point.curve is last.curve]
+        return [point for point in self.points[-count:] if point.resembles(last)]
 
 
 @dataclass(frozen=True, eq=False)

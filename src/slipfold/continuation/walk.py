@@ -425,8 +425,6 @@ class CurveSteps(FrontEquations, Generic[P]):
             correction = correct(self._curve, guess, row, *given)
             moved, self._reason = correction.moved, correction.failure or TOO_SHARP
             if correction.converged:
-                # On a wall exactly, whatever rounding did.
-                correction.z[np.abs(row) == 1] = guess[np.abs(row) == 1]
                 solution, last = self._curve.point(correction, arclength), self.recent[-1]
                 arclength = last.arclength + arc_between(last, solution)
                 self._corrected = replace(solution, arclength=arclength)

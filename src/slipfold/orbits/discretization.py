@@ -92,6 +92,9 @@ class Discretization(ABC):
     chords = True
     """Whether mismatches cost much less than their derivatives."""
 
+    adapts = False
+    """Whether `better` leaves the nodes where they are, so that each orbit may have its own."""
+
     undefined = SINGULAR
     """Why mismatches may not be finite, as a clause."""
 

@@ -97,17 +97,19 @@ def repeated(pattern: Array, times: int) -> Array:
     return np.append(np.concatenate(parts), times * own)
 
 
-def spread(edges: Array, density: Array, count: int) -> Array:
+def spread(edges: Array, density: Array, count: int, parts: int = 1) -> Array:
     """Return a mesh of so many segments, all of which have the same integral of a density.
 
-    The density is raised by `FLOOR` of its mean. Shapes: edges (N + 1,); density (N,); returns
-    (count + 1,).
+    The same in each of so many parts, which have as many segments and keep their ends. The density
+    is raised by `FLOOR` of its mean. Shapes: edges (N + 1,); density (N,); returns (count + 1,).
     """
     lengths = np.diff(edges)
     total = float(density @ lengths)
     raised = density + (FLOOR * total / (edges[-1] - edges[0]) if total > 0 else 1.0)
     cumulated = np.concatenate([[0.0], np.cumsum(raised * lengths)])
-    return np.interp(np.linspace(0.0, cumulated[-1], count + 1), cumulated, edges)
+    ends = cumulated[:: len(lengths) // parts]
+    wanted = np.interp(np.arange(count + 1) / (count // parts), np.arange(parts + 1), ends)
+    return np.interp(wanted, cumulated, edges)
 
 
 def steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:

@@ -18,14 +18,7 @@ from slipfold.flow.modal_equations import ForcedIntervals, modal_equations_of, m
 from slipfold.flow.modal_segments import SWEEP, ModalSegments, in_time, joined, solve_segments
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut
-from slipfold.orbits.meshes import (
-    FLOOR,
-    MeshDiscretization,
-    mesh_copies,
-    repeated,
-    spread,
-    steepness,
-)
+from slipfold.orbits.meshes import FLOOR, MeshDiscretization, repeated, spread, steepness
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 Places = NDArray[np.intp]
@@ -44,13 +37,13 @@ class ModalMesh:
     certain: float = 1e-8  # mismatch from which Newton's method takes another step in any case
     alike: float = 1e-9  # distance of scaled states from symmetric ones: first order suffices
     grid: float = 1e-13  # difference of lengths of intervals that are images
-    slack: float = 10.0  # errors up to which a mesh serves
+    slack: float = 1.0  # errors up to which a mesh serves
     spare: float = 1.15  # intervals over those that the error needs
     wasteful: float = 2.0  # the same, from which a mesh is made coarser
     parts: int = 12  # segments of a period of many images: beyond, equations of nodes are sparse
     most: int = 40  # intervals a segment; beyond, errors are what they are
     finer: float = 1.3  # intervals of a second mesh over those of the first
-    attempts: int = 4  # meshes until one fits an orbit: each finds what the last was too coarse for
+    attempts: int = 8  # meshes until one fits an orbit: each finds what the last was too coarse for
     # Perturbations of forces by fast modes are polynomials as well
     turn: float = 10.0  # radians of a mode in an interval: its multiplier is right to 1e-7
     gone: float = 0.03  # what is left of a mode after a period that needs not be resolved
@@ -72,7 +65,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     `mesh`, shape (m L + 1,), has the edges of all intervals of the period.
     """
 
-    growing, chords = False, False
+    growing, chords, adapts = False, False, True
     undefined = "the motions at contacts were not found on a mesh made for another orbit"
 
     def __init__(
@@ -88,11 +81,12 @@ class ModalShooting(MeshDiscretization, Shooting):
         assert equations is not None
         self.equations, self.points = equations, gauss_points(MESH.stages)
         if mesh is None:
-            each = _repeating(MESH.first, segments, mesh_copies(model, period))
+            each = _repeating(MESH.first, segments, period)
             mesh = np.linspace(0.0, period, each * segments + 1)
-        self._mesh = mesh
+        self._mesh, own = mesh.copy(), (len(mesh) - 1) // segments
+        self._mesh[::own] = np.linspace(0.0, period, segments + 1)
         self.images = self._images(period, segments)
-        super().__init__(model, free, period, edges=mesh[:: (len(mesh) - 1) // segments])
+        super().__init__(model, free, period, edges=self._mesh[::own])
         self._intervals: ForcedIntervals | None = None
 
     def _images(self, period: int, segments: int) -> int:
@@ -108,22 +102,6 @@ class ModalShooting(MeshDiscretization, Shooting):
         assert self.equations.symmetry is not None
         several, turn = self.equations.symmetry
         return np.linalg.matrix_power(turn, several // count)
-
-    @classmethod
-    def fitted(
-        cls, model: Model, nodes: Array, constants: Constants, period: int
-    ) -> tuple[Self, Array]:
-        """Return modal shooting over a mesh that fits an orbit, and the orbit's nodes there.
-
-        Shapes: nodes (m, n), at equidistant phases.
-        """
-        by = cls(model, {model.parameters[0].name: 1.0}, period, len(nodes))
-        for _ in range(MESH.attempts):
-            better = by.better(nodes, constants)
-            if better is None:
-                break
-            by, nodes = better, better.taken(by, nodes, constants)
-        return by, nodes
 
     @property
     def mesh(self) -> Array:
@@ -154,14 +132,9 @@ class ModalShooting(MeshDiscretization, Shooting):
 
     def with_period(self, period: int) -> Self:
         """Return the same for orbits of another period: the mesh is repeated, or a part taken."""
-        copies, count = super().copies, len(self._mesh) - 1
-        wanted = mesh_copies(self.model, period)
         segments, rest = divmod(self.segments * period, self.period)
-        edges, each = None, count * wanted // copies
-        if rest or wanted * self.period != copies * period or each % segments:
-            segments = SEGMENTS * period
-        else:
-            edges = repeated(self._mesh[: count // copies + 1], wanted)
+        own = self._mesh[: (len(self._mesh) - 1) // self.period + 1]
+        segments, edges = (SEGMENTS * period, None) if rest else (segments, repeated(own, period))
         other = type(self)(self.model, self.free, period, segments, mesh=edges)
         other.measure_in(self.scales)
         return other
@@ -380,13 +353,17 @@ class ModalShooting(MeshDiscretization, Shooting):
     # -- the mesh ------------------------------------------------------------------------------
 
     def better(
-        self, nodes: Array, constants: Constants, blocks: Array | None = None
+        self,
+        nodes: Array,
+        constants: Constants,
+        blocks: Array | None = None,
+        tries: int = MESH.attempts,
     ) -> Self | None:
         """Return the same on a mesh that fits an orbit better, None if its own serves."""
         first = self._first_of(nodes)
         by = self if first is None else first[0]
         solved = by._solved(nodes[: by.segments], constants, MESH.near)
-        if solved is None:
+        if solved is None or not tries:
             return None
         order, lengths = MESH.stages + 1, np.diff(self._mesh)
         density = np.zeros(len(lengths))
@@ -398,15 +375,19 @@ class ModalShooting(MeshDiscretization, Shooting):
         errors, turning = (density * lengths) ** order, self._turning(constants)
         pattern, density = self.pattern(density)
         density = np.maximum(density, turning)
-        needed = MESH.spare * (1 + FLOOR) * float(density @ np.diff(pattern)) * self.copies
-        each = min(max(2, int(np.ceil(needed / self.segments))), MESH.most)
+        # Nodes stay where they are, so that an unknown means the same on all meshes
+        parts = self.segments // math.gcd(self.segments, self.copies)
+        needed = (density * np.diff(pattern)).reshape(parts, -1).sum(axis=1)
+        most = float(needed.max() + FLOOR * needed.mean()) * self.copies * parts / self.segments
+        each = min(max(2, int(np.ceil(MESH.spare * most))), MESH.most)
         each = _repeating(each, self.segments, self.copies)
         own = len(lengths) // self.segments
         fits = errors.max() <= MESH.slack and turning * lengths.max() <= MESH.finer
         if (fits or own >= MESH.most) and own <= MESH.wasteful * each:
             return None
-        edges = spread(pattern, density, each * self.segments // self.copies)
-        return self.on(repeated(edges, self.copies))
+        edges = spread(pattern, density, each * self.segments // self.copies, parts)
+        other = self.on(repeated(edges, self.copies))
+        return other.better(nodes, constants, blocks, tries - 1) or other
 
     def _turning(self, constants: Constants) -> float:
         """Return how many intervals a unit of phase the modes need that do not decay."""

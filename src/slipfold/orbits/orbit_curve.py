@@ -14,6 +14,7 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.curve import Curve, Point
 from slipfold.continuation.interpolation import POINTS, arc_between
+from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
@@ -41,6 +42,14 @@ class OrbitPoint(Point):
 
     monodromy: Array  # monodromy matrix in scaled states, shape (n, n)
     multipliers: Complex  # Floquet multipliers, shape (n,)
+
+    def resembles(self, other: Point) -> bool:
+        """Whether the unknown of another orbit means the same."""
+        own, its = self.curve.orbits, other.curve.orbits
+        if self.curve is other.curve or not own.by.adapts or own.spectrum is not its.spectrum:
+            return self.curve is other.curve
+        parts = own.by.edges, own.scales, own.units
+        return all(map(np.array_equal, parts, (its.by.edges, its.scales, its.units)))
 
     @cached_property
     def growth(self) -> float:
@@ -95,13 +104,14 @@ class OrbitCurve(Curve[OrbitPoint]):
     def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
         """Return the last points as described by what fits the last one, None if this does."""
         orbits, last, part = self.orbits, points[-1].z, points[-1].linearization
+        at, own = (orbits.nodes(last), orbits.constants(last)), points[-1].curve
         blocks = None if part is None else part.blocks
-        by = orbits.by.better(orbits.nodes(last), orbits.constants(last), blocks)
+        by = None if orbits.by.adapts else orbits.by.better(*at, blocks)
         spectrum = orbits.spectrum.better(part) if by is None else None
         if by is None and spectrum is None:
-            return None
-        other, moved = self.described_by(by or orbits.by, spectrum), list[OrbitPoint]()
-        for point in [item for item in points[-POINTS:] if item.curve is self][::-1]:
+            return (own, [points[-1]]) if orbits.by.adapts and own is not self else None
+        other, moved = self.described_by(by or own.orbits.by, spectrum), list[OrbitPoint]()
+        for point in [item for item in points[-POINTS:] if item.resembles(points[-1])][::-1]:
             again = other.converted(point)
             if again is None:
                 break
@@ -114,9 +124,9 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Return a point of a curve that describes its orbits otherwise, None if it fails."""
         try:
             correction = correct(self, *self.moved(point))
+            return self.point(correction, point.arclength) if correction.converged else None
         except BREAKDOWNS:
             return None
-        return self.point(correction, point.arclength) if correction.converged else None
 
     def moved(self, point: OrbitPoint) -> tuple[Array, Array]:
         """Return the unknown and the tangent of a point of such a curve; nothing is corrected."""
@@ -177,14 +187,23 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Why equations may have no finite values, as a clause."""
         return self.orbits.by.undefined
 
-    def point(self, correction: Correction, arclength: float) -> OrbitPoint:
+    def point(self, correction: Correction, arclength: float, meshes: int = 3) -> OrbitPoint:
         """Return a converged correction as a point.
 
         The tangent points along the row of the correction's constraint. The bordered determinant
         has the same sign for that row as for the tangent, so one matrix gives both.
         """
+        orbits, z = self.orbits, correction.z
+        adapts = orbits.by.adapts and meshes > 0
+        by = orbits.by.better(orbits.nodes(z), orbits.constants(z)) if adapts else None
+        if by is not None:  # it has a curve of its own, whose unknowns mean the same
+            fitting = self.described_by(by)
+            again = correct(fitting, z, correction.row)
+            if not again.converged:
+                raise LostCurveError(again.failure)
+            return fitting.point(again, arclength, meshes - 1)
         linearization, bordered = correction.linearization, correction.bordered
-        piece = self.orbits.piece(correction.z)
+        piece = orbits.piece(z)
         if linearization.piece != piece:  # the last step led from one piece to the next
             linearization = self.linearize(correction.z)
             bordered = linearization.bordered(bordered.tangent())

@@ -111,7 +111,8 @@ def _by_modes(model: Model, parameters: Array, nodes: Array, period: int) -> Arr
     Shapes: parameters (n_p,); nodes (m, n); returns (n, n).
     """
     n, constants = nodes.shape[1], flow_of(model).constants(parameters)
-    by, nodes = ModalShooting.fitted(model, nodes, constants, period)
+    by = ModalShooting(model, {model.parameters[0].name: 1.0}, period, len(nodes))
+    by = by.better(nodes, constants) or by
     other, nodes, _ = by.shifted(nodes, constants, np.zeros((len(nodes), n)), np.zeros(1))
     return product(other.transitions(nodes, constants)[1])
 

@@ -28,7 +28,7 @@ from slipfold.orbits.first_orbits import find_response
 from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.meshes import INTERVALS
-from slipfold.orbits.modal_shooting import MESH, ModalShooting, segments_for, shooting_for
+from slipfold.orbits.modal_shooting import ModalShooting, segments_for, shooting_for
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -102,13 +102,7 @@ class FirstOrbit:
             orbits, point = by_mesh
         elif isinstance(orbits.by, Collocation):
             orbits, point = by_collocation(orbits, point) or (orbits, point)
-        # A mesh for an unknown orbit may be so coarse that its multipliers are wrong.
-        for _ in range(MESH.attempts if isinstance(orbits.by, ModalShooting) else 0):
-            renewed = orbits.renewed([point])
-            if renewed is None:
-                break
-            orbits, (point,) = renewed
-        return orbits, point, reason
+        return point.curve if orbits.by.adapts else orbits, point, reason
 
     def _given(self, begin: Begin) -> tuple[Orbits, OrbitPoint, End]:
         first, last = self._span
