@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER, belt, den_hartog, sliding, two_masses
 from slipfold.bifurcations.branches.orbit_between import orbit_between
+from slipfold.orbits.extrema import steady_extrema
 
 COULOMB = sf.Coulomb(mu_s=1.0, mu_k=0.5)
 
@@ -44,6 +45,22 @@ def test_den_hartog_without_stops():
     assert orbit.extrema.of("Vrel")[0] == pytest.approx(0, abs=1e-10)  # it turns in a corner
     expected = np.sort_complex(np.linalg.eigvals(once @ once))
     assert np.sort_complex(orbit.multipliers) == pytest.approx(expected, abs=1e-9)
+
+
+def test_friction_that_jumps_has_the_extrema_of_its_smooth_phases():
+    # On a belt of speed V the mass is released at 0.8, slips about 0.5 and is caught at 0.2.
+    contact = {"slip": "V - v", "normal": "1", "friction": sf.Coulomb(mu_s=0.8, mu_k=0.5)}
+    rates = {"x": "v", "v": "F - x"}
+    mass = sf.System(parameters={"V": 0.2}, states=rates, contacts={"F": contact})
+    orbits = sf.response(mass, "V", (0.2, 0.25), settled=True, start={"x": 0.8, "v": 0.2})
+    motion = sf.simulate(mass, 300, state=[0.8, 0.2])
+    (branch,) = orbits.branches
+    for known in (branch.extrema, steady_extrema(motion, ("x", "v", "F"))):
+        low, high = known.of("F")
+        assert low == pytest.approx(0.2, abs=1e-9)
+        assert high == pytest.approx(0.8, abs=1e-9)
+        speeds = branch.parameter[: len(low)]
+        assert known.of("x")[1] == pytest.approx(0.5 + np.hypot(0.3, speeds), abs=1e-8)
 
 
 @pytest.mark.parametrize(("W", "S", "static"), [(0.6, 0.7, 0.7), (0.6, 0.5, 0.8)])

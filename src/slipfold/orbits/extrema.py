@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -11,8 +12,10 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.errors import InputError
+from slipfold.flow.contact_trajectory import Samples, dense_phases
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.modes import Mode
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION, count_revolutions
 from slipfold.models.model import Model
@@ -381,6 +384,34 @@ def _least_between(values: Array) -> Array:
     return np.asarray(np.minimum(found, least))
 
 
+def contact_extrema(model: Model, state: Array, mode: Mode, count: int) -> tuple[Array, Array]:
+    """Find minimum and maximum of all outputs over some periods in which contacts stick and slip.
+
+    Outputs jump or have corners where contacts change: each smooth phase is examined alone, from
+    one side of its ends to the other. Shapes: state (n,); returns (n_outputs,) each.
+    """
+    scales, sides = flow_of(model).constants_of(model).scales, list[Array]()
+    for part in dense_phases(model, state, mode, float(count)):
+        size = math.ceil(SEARCH.dense * (part.end - part.begin)) + SEARCH.zoom
+        phases, states = np.linspace(part.begin, part.end, size), np.tile(part.state, (size, 1))
+        if part.polynomials is not None:
+            states[:-1] = part.polynomials(phases[:-1])[:, : len(state)] * scales
+        values = Samples(model, states, phases, [part.reported_mode] * size).outputs()
+        sides.append(np.array([_least_of_part(values), -_least_of_part(-values)]))
+    unknown = np.full((2, len(flow_of(model).output_names)), np.nan)
+    low, high = np.array(sides or [unknown]).swapaxes(0, 1)
+    return low.min(axis=0), high.max(axis=0)
+
+
+def _least_of_part(values: Array) -> Array:
+    """Return the minima of outputs from equidistant samples of a smooth phase, (m, q) to (q,)."""
+    last = len(values) - 1 - SEARCH.neighbors
+    at = np.clip(values.argmin(axis=0), SEARCH.neighbors, last) + _PLACES[:, None]
+    beside = np.take_along_axis(values, at, axis=0).T
+    with np.errstate(invalid="ignore"):  # an output may be infinite at rest
+        return np.where(_is_smooth(beside), _least_between(beside), values.min(axis=0))
+
+
 def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     """Find extrema over the orbit that a trajectory settled on, or else over its last periods.
 
@@ -389,12 +420,14 @@ def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     settlement = motion.settlement
     count = motion.steady_periods(1 if settlement.settled else SEARCH.periods)
     columns = [flow_of(motion.model).output_index(name) for name in names]
-    if motion.sticking is not None:
-        values = motion.steady_outputs(count, SEARCH.dense)[:, columns]
-        return Extrema(tuple(names), values.min(axis=0)[None], values.max(axis=0)[None])
     model = motion.steady_model
     # A round of a cycle takes no whole number of intervals, so that it begins at the last state.
     cycle = settlement.duration is not None
+    if motion.sticking is not None:
+        mode_at, starts = motion.sticking.mode, [-1] if cycle else range(-1 - count, -1)
+        each = [contact_extrema(model, motion.states[i], mode_at(i), 1) for i in starts]
+        low, high = np.array(each)[:, :, columns].swapaxes(0, 1)
+        return Extrema(tuple(names), low.min(axis=0)[None], high.max(axis=0)[None])
     nodes = motion.states[-1:] if cycle else motion.states[-1 - count : -1]
     found = find_extrema(model, model.vector[None], nodes[None], len(nodes), names)
     if settlement.settled:

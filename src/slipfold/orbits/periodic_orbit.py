@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.contact_trajectory import Samples, dense_phases, sample_hybrid
+from slipfold.flow.contact_trajectory import Samples, sample_hybrid
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import first_mode
@@ -23,7 +23,13 @@ from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_
 from slipfold.models.levels import POWERS, reference_of, unit_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import OutputName
-from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema, revolutions_of_segments
+from slipfold.orbits.extrema import (
+    AVERAGED,
+    Extrema,
+    contact_extrema,
+    find_extrema,
+    revolutions_of_segments,
+)
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.read_only import Documented
 from slipfold.text import (
@@ -466,19 +472,9 @@ class StickSlipOrbit(PeriodicOrbit):
 
     @cached_property
     def extrema(self) -> Extrema:
-        """Minimum and maximum of every output: of states wherever they lie, of others sampled.
-
-        Contacts change at corners of outputs, or jumps: both sides of each are among the samples.
-        """
-        found, count = self._round, 512 * self.period  # parabolas do the rest
-        phases: Array = np.arange(count + 1, dtype=float) * (self.period / count)
-        values = self._samples(phases).outputs()
-        parts = dense_phases(self.model, self.state, self.first_mode, float(self.period))
-        ends = np.array([0.0, *(part.end for part in parts)])
-        sides = self._samples(np.sort([ends, np.nextafter(ends, 0.0)], axis=None)).outputs()
-        with np.errstate(invalid="ignore"):  # an output may be infinite at rest
-            low = np.minimum(_least(values), sides.min(axis=0))
-            high, n = np.maximum(-_least(-values), sides.max(axis=0)), len(found.minimum)
+        """Minimum and maximum of every output: of states wherever they lie, of others sampled."""
+        found, n = self._round, len(self.state)
+        low, high = contact_extrema(self.model, self.state, self.first_mode, self.period)
         low[:n], high[:n] = found.minimum, found.maximum
         if np.isnan(found.fraction):  # of part of a round they would be others
             low[:], high[:] = np.nan, np.nan
@@ -503,12 +499,3 @@ class StickSlipOrbit(PeriodicOrbit):
 
     def _samples(self, phases: Array) -> Samples:
         return sample_hybrid(self.model, self.state, self.first_mode, phases)
-
-
-def _least(values: Array) -> Array:
-    """Return the minima of outputs, of parabolas where samples turn. Shapes: values (m, q)."""
-    before, middle, after = values[:-2], values[1:-1], values[2:]
-    bend = after - 2 * middle + before
-    turns = (middle < before) & (middle < after) & (bend > 0)
-    fall = np.where(turns, (after - before) ** 2 / (8 * np.where(turns, bend, 1.0)), 0.0)
-    return np.asarray(np.minimum(values.min(axis=0), (middle - fall).min(axis=0)))
