@@ -62,6 +62,22 @@ def test_of_images_under_a_symmetry_one_is_followed_in_any_scales():
     assert np.sort(sizes) == pytest.approx(0.75**0.5 + np.array([-0.5, 0.5]))
 
 
+@pytest.mark.parametrize("forced", [False, True])
+@pytest.mark.parametrize(("power", "count"), [(3, 3), (2, 6)])  # pitchforks: one of images
+def test_all_branches_begin_where_multipliers_of_two_rates_are_one(power, count, forced):
+    # Either state is zero or the root of its own equation.
+    states = {"x": f"r*x - x^{power}", "y": f"2*r*y - y^{power}"}
+    more = {"u": "v", "v": "cos(t) - 2*u - v"} if forced else {}
+    settings = {"forcing": {"period": "2*pi"}} if forced else {}
+    model = sf.System(parameters={"r": -0.1}, states={**states, **more}, **settings)
+    rest, *others = sf.response(model, "r", (-0.1, 0.1)).branches
+    (point,) = rest.special
+    assert (point.type, point.several) == ("BP", True)
+    assert point.value == pytest.approx(0, abs=max(1e-9, point.uncertainty))
+    ends = [(b.parameter[-1] > 0, *np.abs(b.states[-1, :2]).round(6)) for b in others]
+    assert len(ends) == len(set(ends)) == count
+
+
 def test_a_branch_between_two_branch_points_is_followed_once():
     # x^2 = r (1 - r): a closed curve through both points, where it turns without a fold.
     model = system("bubble", x="r*(1 - r)*x - x^3 + 0.2*y", y="-y")

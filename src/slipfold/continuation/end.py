@@ -21,8 +21,8 @@ class End:
         One word for programs: ``"span"``, ``"window"``, ``"limit"``, ``"closed"``, ``"event"``,
         ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"codimension-2"``,
         ``"homoclinic"``, ``"heteroclinic"``, ``"duration"``, ``"family"``; ``"bifurcation"`` where
-        it emanates from another; ``"contradiction"`` where the parameter has an extremum but no
-        fold was located; of tori also ``"settled"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
+        it emanates from another; ``"contradiction"`` where it turns, or the stability changes, at
+        no located point; of tori also ``"settled"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
     reason
         A sentence that says what happened and what can be done.
     values

@@ -33,13 +33,18 @@ class Endings(Generic[P]):
         """Return the end of a curve that was interrupted."""
         return self._end(traced, "interrupted", "interrupted; results up to there are kept")
 
-    def contradicted(self, traced: TracedCurve[P], extremum: P) -> End:
-        """Return the end of a curve on which a parameter turns without a special point."""
+    def contradiction(self, traced: TracedCurve[P]) -> tuple[P, str] | None:
+        """Return where a curve does what takes a special point, without one, and what it does."""
+        extremum = unexplained_reversal(traced)
+        return None if extremum is None else (extremum, "the direction of a parameter changes")
+
+    def contradicted(self, traced: TracedCurve[P], at: P, change: str) -> End:
+        """Return the end of a curve that does so."""
         assert traced.end is not None
-        values = ", ".join(f"{value:.9g}" for value in traced.curve.place(extremum.z))
+        values = ", ".join(f"{value:.9g}" for value in traced.curve.place(at.z))
         reason = (
-            f"{traced.end.reason}; but at {values} the direction of a parameter changes and "
-            "nothing was located, so other special points may be missing as well; limit the step"
+            f"{traced.end.reason}; but at {values} {change} and nothing was located that explains "
+            "it, so other special points may be missing as well; limit the step"
         )
         return End("contradiction", reason, traced.end.values)
 
@@ -85,9 +90,9 @@ def follow(
     except KeyboardInterrupt:
         traced.end, monitors = endings.interrupted(traced), ()
     _put_back(traced, bounds, within or bounds)
-    extremum = unexplained_reversal(traced) if monitors else None
-    if extremum is not None:
-        traced.end = endings.contradicted(traced, extremum)
+    found = endings.contradiction(traced) if monitors else None
+    if found is not None:
+        traced.end = endings.contradicted(traced, *found)
     return traced
 
 

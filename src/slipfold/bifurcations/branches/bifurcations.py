@@ -20,7 +20,7 @@ from slipfold.continuation.newton import NEWTON
 from slipfold.continuation.search import Zeros, contracts_between, locate_test
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PRODUCTS, floquet_multipliers
@@ -304,8 +304,8 @@ class Bifurcations(Zeros[OrbitPoint]):
             return found
         place = min(a.unstable, b.unstable)
 
-        def growth(point: OrbitPoint) -> float:
-            return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
+        def growth(point: OrbitPoint) -> float:  # of a volume: that of one direction has corners
+            return float(np.log(np.abs(point.multipliers[place : place + change])).sum())
 
         point = locate(self._orbits, known, a, b, growth, BIFURCATION.located)
         error = 0.0
@@ -313,8 +313,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             point, error = self._interpolated(known, point, growth)
         else:
             point = locate(self._orbits, known, a, b, growth)
-        order = np.argsort(-np.abs(point.multipliers), kind="stable")
-        critical = point.multipliers[order[place : place + change]]
+        critical = point.multipliers[place : place + change]
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
         on_circle = np.abs(np.abs(critical) - 1) < BIFURCATION.on_circle
         if (on_circle & (np.abs(critical.imag) > BIFURCATION.real)).all():
@@ -444,9 +443,16 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < BIFURCATION.located
 
 
-def count_on_circle(point: OrbitPoint) -> int:
+def may_cross(found: Found) -> int:
+    """Count the multipliers that may pass the unit circle where something was located."""
+    if found.type not in BIFURCATION_TYPES:  # where contacts change, all may jump
+        return 0 if found.type in ("EVENT", *EXTREMUM_TYPES) else len(found.point.multipliers)
+    return max(1 + (found.type in PAIRED), count_on_circle(found.point, BIFURCATION.on_circle))
+
+
+def count_on_circle(point: OrbitPoint, within: float = BIFURCATION.located) -> int:
     """Count the multipliers on the unit circle."""
-    return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < BIFURCATION.located))
+    return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < within))
 
 
 def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint] | None:

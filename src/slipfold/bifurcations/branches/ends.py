@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import islice, takewhile
+from itertools import islice, pairwise, takewhile
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from slipfold.bifurcations.branches.bifurcations import (
     Bifurcations,
     count_on_circle,
     is_off_circle,
+    may_cross,
     span_end,
 )
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
@@ -106,6 +107,18 @@ class BranchEndings(Endings[OrbitPoint]):
         elif clause:
             reason = f"{reason}; {clause}"
         return End(kind, reason, orbits.place(last.z))
+
+    def contradiction(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitPoint, str] | None:
+        """Return also where more multipliers cross the unit circle than points were located."""
+        if (turn := super().contradiction(traced)) is not None:
+            return turn
+        known = [point for point in traced.points[traced.departs :] if is_off_circle(point)]
+        for before, after in pairwise(known):
+            change, ends = after.unstable - before.unstable, (before.arclength, after.arclength)
+            between = (item for item in traced.found if ends[0] <= item.point.arclength <= ends[1])
+            if before.piece == after.piece and abs(change) > sum(map(may_cross, between)):
+                return after, f"the number of unstable multipliers changes by {change}"
+        return None
 
     def _put_on_edge(self, traced: TracedCurve[OrbitPoint]) -> bool:
         """End a branch with the bifurcation that lies on the end of the span, if one does."""

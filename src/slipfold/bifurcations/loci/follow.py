@@ -158,12 +158,10 @@ class _LocusEndings(Endings[OrbitPoint]):
             )
         return End(kind, reason, pair_of(curve, last))
 
-    def contradicted(self, traced: TracedCurve[OrbitPoint], extremum: OrbitPoint) -> End:
-        """Return the end; at the tip of a tongue of entrainment only rounding contradicts it."""
-        end = traced.end
-        if end is not None and _is_unforced(traced.curve, extremum):
-            return end
-        return super().contradicted(traced, extremum)
+    def contradiction(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitPoint, str] | None:
+        """Return where a parameter turns; at the tip of a tongue of entrainment it is rounding."""
+        found = super().contradiction(traced)
+        return None if found and _is_unforced(traced.curve, found[0]) else found
 
 
 def _is_unforced(curve: LocusEquations, point: OrbitPoint) -> bool:
