@@ -8,7 +8,7 @@ import slipfold as sf
 from helpers.dry_friction import belt
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
+from slipfold.flow.implicit_steps import IMPLICIT, StepsEnd, StiffFallback, implicit_trajectory
 
 FORCE, DAMPING, SPRING = 300.0, 0.1, 100.0
 
@@ -70,9 +70,8 @@ def assert_same_as_radau(law, duration):
     motion = sf.simulate(rubbing(law[0]), periods=1)
     other = by_scipy(law, duration)
     assert np.abs(other.y[1]).max() > 50
-    found = motion.at(duration)
     scales = motion.model.state_scales()
-    assert np.abs((found - other.y[:, -1]) / scales).max() < 1e-9
+    assert np.abs((motion.at(duration) - other.y[:, -1]) / scales).max() < 1e-9
     return motion
 
 
@@ -94,23 +93,16 @@ def test_every_law_over_a_whole_period(name):
 
 # -- steps -----------------------------------------------------------------------------------------
 
-FOLLOWS = """
-name = "Follower"
-[parameters]
-k = 1e6
-W = 6.283185307179586
-[states]
-y = { rate = "k*(cos(W*t) - y) - W*sin(W*t)", start = 1.0 }
-[forcing]
-period = "2*pi/W"
-"""
+
+def stiff(period, states, **parameters):
+    model = sf.System(parameters=parameters, states=states, forcing={"period": period})
+    return StiffFallback(flow_of(model), flow_of(model).constants(model.vector))
 
 
 @pytest.fixture(scope="module")
 def follower():
     """What follows cos(W t) at once, and from its start exactly."""
-    model = sf.System.from_toml(FOLLOWS)
-    return StiffFallback(flow_of(model), flow_of(model).constants(model.vector))
+    return stiff("2*pi/W", {"y": "k*(cos(W*t) - y) - W*sin(W*t)"}, k=1e6, W=2 * np.pi)
 
 
 def test_it_ends_where_a_limit_is_met(follower):
@@ -130,6 +122,14 @@ def test_beside_a_fast_decay_scales_are_those_of_the_motion():
         forcing={"period": "2*pi/W"},
     )
     assert sf.simulate(model, 60).settlement.period == 1
+
+
+def test_steps_end_where_they_gain_hardly_anything():
+    """Friction stops a block in the plane, whose direction of slip then has no meaning."""
+    slowed = {name: f"-W*{name}/sqrt(u^2 + v^2)" for name in "uv"}
+    motion = implicit_trajectory(stiff("1/W", slowed, W=1.0).field, np.array([0.3, 0.4]), 0.0, 1.0)
+    assert (motion.end, motion.phase) == (StepsEnd.MANY, pytest.approx(0.5, rel=1e-2))
+    assert len(motion.polynomials.times) < IMPLICIT.max_steps / 10
 
 
 def test_decay_onto_the_motion_is_resolved(follower):

@@ -15,6 +15,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, radau_points
+from slipfold.flow.batches import BUDGET
 from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import Field, LinearPart, Stages, solve_intervals
@@ -30,9 +31,8 @@ POINTS = radau_points(8)
 class ImplicitSettings:
     """Accuracy and number of the implicit steps."""
 
-    tolerance: float = (
-        1e-11  # last term of a step's polynomial over the states; the next is smaller
-    )
+    # Last term of a step's polynomial over the states; the next is smaller
+    tolerance: float = 1e-11
     max_steps: int = 20_000  # ten seconds: a hundred forcing periods of stiff slip
     safety: float = 0.85
     shortest_ratio: float = 0.1  # of two steps
@@ -52,7 +52,7 @@ class StepsEnd(Enum):
 
     ARRIVED = auto()
     MET = auto()  # a limit
-    MANY = auto()  # steps
+    MANY = auto()  # steps, or they gain too little
     LOST = auto()  # no step is short enough
 
 
@@ -85,22 +85,22 @@ def implicit_trajectory(
     times, coefficients = [start], list[Array]()
     order, whole = len(points.points), end - start
     length, before, tried = _first_length(field, state, start, end), None, 0
-    outcome, limit = StepsEnd.ARRIVED, None
+    outcome, limit, before_call, gained = StepsEnd.ARRIVED, None, start, np.inf
     while times[-1] < end:
         length, tried = min(length, end - times[-1]), tried + 1
         if length < 1e-14 * whole or not np.isfinite(state).all():  # a singularity
             outcome = StepsEnd.LOST
             break
-        if tried > most:
+        if tried % BUDGET.call == 0:
+            gained, before_call = times[-1] - before_call, times[-1]
+        if tried > most or gained < BUDGET.progress * min(1.0, end - times[-1]):
             outcome = StepsEnd.MANY
             break
         solved = _step(field, points, state, times[-1], length, before)
         error = _last_term(solved, points)
         if not error <= tolerance:  # also without a solution
-            requested = (
-                IMPLICIT.safety * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
-            )
-            length *= max(IMPLICIT.shortest_ratio, min(requested, IMPLICIT.safety))
+            requested = (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
+            length *= max(IMPLICIT.shortest_ratio, IMPLICIT.safety * min(requested, 1.0))
             continue
         powers = points.powers @ solved.slopes[0] * length
         powers[0] += state
