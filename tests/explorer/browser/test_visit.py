@@ -37,6 +37,7 @@ def test_the_first_visit_is_guided(browser, address):
     assert "token" not in page.url
     tour = page.get_by_role("dialog")
     expect(tour.locator("h2")).to_have_text("A tip on a moving plate")
+    expect(tour).to_be_in_viewport(ratio=1)
     undo = page.get_by_label("Undo (Ctrl+Z)")
     expect(undo).to_be_enabled()  # it leaves the tour
     steps = int(tour.locator(".count").inner_text().split()[-1])
@@ -48,8 +49,7 @@ def test_the_first_visit_is_guided(browser, address):
             expect(tour).to_contain_text("= 0.")
         told.append(tour.locator("p").inner_text())
         if tour.locator("h2").inner_text() == "Speed of the plate":
-            names = page.get_by_label("Name of the pinned curve")
-            pinned = [names.nth(i).input_value() for i in range(names.count())]
+            pinned = [p.input_value() for p in page.get_by_label("Name of the pinned curve").all()]
             assert len(pinned) == 3
             assert ", ".join(pinned) in told[-1]
         tour.locator(".main").click()
