@@ -207,8 +207,8 @@ def test_multipliers_whose_products_overflow_end_a_branch():
 
     orbits = SimpleNamespace(place=lambda z: (0.5,), by=SimpleNamespace(growing=True))
     watched = Unresolved(SimpleNamespace(orbits=orbits, place=orbits.place))
-    for largest, stops in [(1e149, False), (1e151, True)]:
-        point = SimpleNamespace(multipliers=np.array([largest, 1.0]), z=np.zeros(1))
+    for largest, second, stops in [(1e204, 1, False), (1e149, 1e149, False), (1e151, 1e151, True)]:
+        point = SimpleNamespace(multipliers=np.array([largest, second]), z=np.zeros(1))
         interval = SimpleNamespace(
             before=point, point=point, traced=SimpleNamespace(points=[point])
         )

@@ -42,8 +42,8 @@ class StopRules:
     # Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by
     # 1e-5 then, more than Newton's method takes for rounding, and steps would become ever shorter
     loose: float = 1e9
-    # Multiplier beyond which products of two overflow
-    overflows: float = 1e150
+    # Product of two multipliers beyond which it soon overflows
+    overflows: float = 1e300
     # Distance of a multiplier from one beyond which errors move an orbit little
     one: float = 1e-3
 
@@ -94,8 +94,9 @@ class Unresolved:
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last point, if the next one is too unstable."""
-        largest = float(np.abs(interval.point.multipliers).max(initial=0.0))
-        if largest <= (STOP.overflows if self._curve.orbits.by.growing else RESOLVED):
+        *_, second, largest = (1.0, 1.0, *np.sort(np.abs(interval.point.multipliers)))
+        growing = self._curve.orbits.by.growing
+        if largest <= (STOP.overflows / max(second, 1.0) if growing else RESOLVED):
             return MonitorResult()
         reason = (
             f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
