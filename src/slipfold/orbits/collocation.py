@@ -19,6 +19,7 @@ from slipfold.orbits.meshes import (
     INTERVALS,
     MeshDiscretization,
     even_mesh,
+    graded,
     repeated,
     spread,
     steepness,
@@ -336,9 +337,16 @@ class Collocation(MeshDiscretization):
         wanted = MESH.spare * (1 + FLOOR) * float(density @ lengths)
         wanted = min(max(INTERVALS, int(np.ceil(wanted))), MESH.max_intervals // self.copies)
         fits = scheme.points is self.points and scheme.density * lengths.max() <= MESH.finer
-        if fits and errors.max() <= MESH.slack and len(lengths) <= MESH.wasteful * wanted:
+        better = graded(spread(pattern, density, wanted))
+        if fits and errors.max() <= MESH.slack and len(pattern) <= MESH.wasteful * len(better):
             return None
-        return self.on(repeated(spread(pattern, density, wanted), self.copies), scheme)
+        return self.on(repeated(better, self.copies), scheme)
+
+    def spread_over(self, changes: Array) -> Collocation:
+        """Return the same where all intervals have equal changes of the states, shape (m,)."""
+        density = (changes / self.lengths).reshape(self.copies, -1).max(axis=0)
+        pattern = graded(spread(self.mesh[: len(density) + 1], density, 4 * INTERVALS))
+        return self.on(repeated(pattern, self.copies))
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""

@@ -36,6 +36,9 @@ CONTINUING = Stepping(steps=Steps(smallest=1e-4, points=500))
 would take tens of thousands of steps of the integrator each."""
 
 
+SPREADS = 6
+"""Times a mesh is spread until none of its intervals holds a jump that lasts 1e-6 of a round."""
+
 ROUNDING = float(np.finfo(float).eps)
 
 
@@ -197,9 +200,14 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     orbits = curve.orbits
     if isinstance(orbits.by, Collocation):
         return _fitted(curve, point)
-    scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
+    nodes, constants = orbits.nodes(point.z), orbits.constants(point.z)
+    scheme = orbits.by.scheme(nodes, constants)
     count = 4 * INTERVALS * orbits.period
     by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
+    for _ in range(SPREADS):
+        states = orbits.by.states(nodes, constants, by.mesh) / orbits.scales
+        changes = np.abs(orbits.by.apart(states[1:], states[:-1]))
+        by = by.spread_over((changes / (np.ptp(states, axis=0) + ROUNDING)).max(axis=1))
     return _described_by(by, curve, point)
 
 

@@ -16,6 +16,9 @@ from slipfold.orbits.discretization import Discretization
 INTERVALS = 16
 """Minimum number of segments of the part of a mesh that is repeated, and their first number."""
 
+GRADE = 4.0
+"""Ratio of the lengths of neighbors from a steep part of an orbit to a slow one."""
+
 FLOOR = 0.15
 """Density of a mesh where nothing happens, as a fraction of the mean."""
 
@@ -110,6 +113,18 @@ def spread(edges: Array, density: Array, count: int, parts: int = 1) -> Array:
     ends = cumulated[:: len(lengths) // parts]
     wanted = np.interp(np.arange(count + 1) / (count // parts), np.arange(parts + 1), ends)
     return np.interp(wanted, cumulated, edges)
+
+
+def graded(edges: Array) -> Array:
+    """Return a mesh that repeats, cut until none of its segments is much longer than the next."""
+    while True:
+        lengths = np.diff(edges)
+        before, after = (GRADE * np.roll(lengths, by) for by in (1, -1))
+        cuts = np.where(lengths > before, edges[:-1] + before, edges[1:] - after)
+        cut = lengths > 1.5 * np.minimum(before, after)
+        if not cut.any():
+            return edges
+        edges = np.sort(np.concatenate([edges, cuts[cut]]))
 
 
 def steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
