@@ -57,25 +57,40 @@ def test_of_images_under_a_symmetry_one_is_followed_in_any_scales():
     states = {"x": "r*x + x^2 - y^2 - (x^2 + y^2)*x", "y": "r*y - 2*x*y - (x^2 + y^2)*y"}
     three = system("three", **states, u="x^2 + y^2 - u")
     rest, *others = sf.response(three, vary="r", span=(-0.5, 0.5)).branches
-    assert "of branches with the same multipliers" in rest.special[0].undecided
+    assert rest.special[0].images == 4
+    assert "not followed: 4 branches that are images" in rest.special[0].undecided
     sizes = np.sqrt([branch.states[-1, 2] for branch in others])
     assert np.sort(sizes) == pytest.approx(0.75**0.5 + np.array([-0.5, 0.5]))
 
 
+@pytest.mark.parametrize(
+    ("rates", "count"),
+    [
+        (("r*{} - {}^3", "2*r*{} - {}^3"), 3),  # two pitchforks at once, and both together
+        (("(P - 1)*{} - {}^3", "3*(P - 1)*{} - {}^3"), 3),  # two columns buckle at one load
+        (("r*{} - {}^3", "(r + r^2/10)*{} - {}^3"), 3),  # spectra hardly differ nearby
+        (("r*{} - {}^3", "r*{} - {}^3 - {}^5/10"), 3),
+        (("r*{} - {}^2", "2*r*{} - {}^2"), 6),  # on both sides
+        (("r*{} - {}^3", "2*r*{} - {}^3", "3*r*{} - {}^3"), 7),
+    ],
+)
 @pytest.mark.parametrize("forced", [False, True])
-@pytest.mark.parametrize(("power", "count"), [(3, 3), (2, 6)])  # pitchforks: one of images
-def test_all_branches_begin_where_multipliers_of_two_rates_are_one(power, count, forced):
-    # Either state is zero or the root of its own equation.
-    states = {"x": f"r*x - x^{power}", "y": f"2*r*y - y^{power}"}
+def test_all_branches_begin_where_several_multipliers_are_one(rates, count, forced):
+    # Each state is zero or the root of its own equation: of images, one is followed.
+    vary, buckles = ("P", 1.0) if "P" in rates[0] else ("r", 0.0)
+    states = {name: rate.format(*[name] * 3) for name, rate in zip("xyz", rates, strict=False)}
     more = {"u": "v", "v": "cos(t) - 2*u - v"} if forced else {}
     settings = {"forcing": {"period": "2*pi"}} if forced else {}
-    model = sf.System(parameters={"r": -0.1}, states={**states, **more}, **settings)
-    rest, *others = sf.response(model, "r", (-0.1, 0.1)).branches
+    model = sf.System(parameters={vary: buckles - 0.1}, states={**states, **more}, **settings)
+    rest, *others = sf.response(model, vary, (buckles - 0.1, buckles + 0.1)).branches
     (point,) = rest.special
     assert (point.type, point.several) == ("BP", True)
-    assert point.value == pytest.approx(0, abs=max(1e-9, point.uncertainty))
-    ends = [(b.parameter[-1] > 0, *np.abs(b.states[-1, :2]).round(6)) for b in others]
-    assert len(ends) == len(set(ends)) == count
+    assert point.value == pytest.approx(buckles, abs=max(1e-9, point.uncertainty))
+    assert list(rest.stable[[0, -1]]) == [True, False]
+    ends = {(branch.parameter[-1] > buckles, *np.abs(branch.states[-1, : len(rates)]).round(6))
+            for branch in others}  # fmt: skip
+    assert len(others) == len(ends) == count
+    assert ("not followed" in point.undecided) == (point.images > 0) == ("^3" in rates[0])
 
 
 def test_a_branch_between_two_branch_points_is_followed_once():

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, noise_beside_parent
 from slipfold.continuation.end import End
@@ -62,10 +62,13 @@ class BifurcationRules:
     # Distance from where a branch snakes, in spans, in which nothing is followed
     tail: float = 0.01
     radius: float = 1e-2  # distance around a double branch point at which branches are looked for
-    # Difference of multipliers there that rounding may make: spectra of branches that are no images
-    # differ by the square of what the parameter changes by, 1e-4, times a coefficient
+    # Difference of multipliers that rounding may make. Spectra of branches that are no images may
+    # differ by the square of what the parameter changes by: they are compared over all of this
     alike: float = 1e-9
+    compared: float = 0.1  # of the span, for images
+    ratio: float = 2.0  # of one change of the parameter at which they are compared to the next
     directions: int = 24  # directions from which they are: twice those of a symmetry D6
+    sphere: int = 128  # the same around a point where more than two multipliers are critical
     crowded: int = 20  # doublings above which longer periods are on request; a cascade has eight
 
 
@@ -76,7 +79,9 @@ BIFURCATION = BifurcationRules()
 class SeveralCritical(Found[OrbitPoint]):
     """A point at which several real multipliers are critical at once, as by a symmetry."""
 
+    count: int = 2  # how many
     error: float = np.inf  # of its arclength
+    images: int = 0  # branches that are not followed, since they are images of others
 
 
 class Bifurcations(Zeros[OrbitPoint]):
@@ -298,30 +303,39 @@ class Bifurcations(Zeros[OrbitPoint]):
         root of rounding. The function of pairs is also zero everywhere where two real multipliers
         have the product one, as those of x'' = x.
         """
-        change = abs(b.unstable - a.unstable)
-        others = len(found) > 1 or any(item.type not in PAIRED for item in found)
-        if others or change < 2 or change % 2:
+        change, turned = abs(b.unstable - a.unstable), any(item.type == "LP" for item in found)
+        if turned or change < 2:
             return found
         place = min(a.unstable, b.unstable)
 
-        def growth(point: OrbitPoint) -> float:  # of a volume: that of one direction has corners
-            return float(np.log(np.abs(point.multipliers[place : place + change])).sum())
+        def critical(point: OrbitPoint) -> Complex:
+            return point.multipliers[place : place + change]
 
-        point = locate(self._orbits, known, a, b, growth, BIFURCATION.located)
-        error = 0.0
-        if point.multipliers[place].imag == 0:
+        def growth(point: OrbitPoint) -> float:  # of a volume: that of one direction has corners
+            return float(np.log(np.abs(critical(point))).sum())
+
+        point, error = locate(self._orbits, known, a, b, growth, BIFURCATION.located), 0.0
+        if (np.abs(critical(point).imag) < BIFURCATION.real).any():
             point, error = self._interpolated(known, point, growth)
         else:
             point = locate(self._orbits, known, a, b, growth)
-        critical = point.multipliers[place : place + change]
+        values = critical(point)
+        if (np.abs(np.abs(values) - 1) >= BIFURCATION.on_circle).any():
+            return found
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
-        on_circle = np.abs(np.abs(critical) - 1) < BIFURCATION.on_circle
-        if (on_circle & (np.abs(critical.imag) > BIFURCATION.real)).all():
-            return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
-        for kind, target in (("BP", 1.0), ("PD", -1.0)):
-            if (np.abs(critical - target) < BIFURCATION.on_circle).all():
-                return [SeveralCritical(kind, point, slope, error=error)]
-        return found
+        paired, located = (
+            np.abs(values.imag) > BIFURCATION.real,
+            {item.type: item for item in found},
+        )
+        pair = next(name for name in PAIRED if name in a.tests)
+        each = {"BP": ~paired & (values.real > 0), "PD": ~paired & (values.real < 0), pair: paired}
+        return [
+            SeveralCritical(kind, point, slope, count=count, error=error)
+            if count > 1 and kind != pair
+            else (count <= 2 and located.get(kind)) or Found(kind, point, slope)
+            for kind, count in ((kind, int(own.sum())) for kind, own in each.items())
+            if count
+        ]
 
     def _interpolated(
         self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]

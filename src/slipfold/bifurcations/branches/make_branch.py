@@ -153,6 +153,7 @@ def bare(found: Found) -> SpecialPoint:
         nodes=_nodes(found),
         multiplier_uncertainty=np.full(len(fields["multipliers"]), np.nan),
         stuck_fraction=_stuck_fraction(found),
+        images=found.images if isinstance(found, SeveralCritical) else 0,
     )
 
 

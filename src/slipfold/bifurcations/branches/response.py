@@ -221,7 +221,7 @@ def _names(traced: TracedCurve[OrbitPoint]) -> tuple[str, ...]:
 
 def _crosses(junction: Junction) -> bool:
     """Whether it is a branch point: no branch ends there."""
-    return len(junction.points) > 1 or junction.several
+    return junction.found is not None and junction.found.type == "BP"
 
 
 LEVEL = 1e-7

@@ -51,6 +51,9 @@ class SpecialPoint(LocatedPoint):
         "`slipfold.orbits.normal_forms.normal_form`.",
     ] = None
     leads_to: Annotated[int | None, "Id of the branch that was started here, or None."] = None
+    images: Annotated[
+        int, "Branches that begin here and are not followed: symmetric images of those that are."
+    ] = 0
     gradients: Annotated[
         Mapping[str, float] | None,
         "Derivatives of `value` with respect to the other parameters of the model, by name, in SI "
@@ -85,15 +88,19 @@ class SpecialPoint(LocatedPoint):
         if self.several:
             angles = np.sort(angles_on_circle(self.multipliers))
             distinct = np.count_nonzero(np.diff(angles, prepend=-1.0) > ALIKE)
-            followed = {"BP": "; of branches with the same multipliers one is followed"}
-            if distinct < len(angles):
-                followed["HB"] = (
+            left = ""
+            if self.images:
+                left = f"; not followed: {self.images} branches that are images of others"
+            elif self.type == "BP" and self.leads_to is None:
+                left = "; no other branch was found, as where a continuous symmetry turns one"
+            elif distinct < len(angles):
+                left = (
                     f"; cycles of at most {distinct} of the {len(angles)} critical pairs are "
                     "followed, one of each frequency"
                 )
             return (
                 "criticality unknown: several multipliers are critical at once, as by a symmetry"
-                f"{followed.get(self.type, '')}"
+                f"{left}"
             )
         if self.type == "BP" and self.name == BIFURCATION_TYPES["BP"].title:
             return "no other branch was found to cross here"

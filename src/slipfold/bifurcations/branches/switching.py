@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
 from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, EmanatingBranch
 from slipfold.bifurcations.branches.homoclinic import snakes_about
@@ -51,13 +51,15 @@ def junctions_on(
     doublings = known + sum(found.type == "PD" for found in traced.found)
     crowded = bool(about) or doublings > BIFURCATION.crowded
     largest = min(settings.largest_period, settings.snaking_period if crowded else np.inf)
-    for found in traced.found:
+    for place, found in enumerate(traced.found):
         orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]
         if min(left, default=np.inf) < BIFURCATION.tail:
             continue
         try:
-            if isinstance(found, SeveralCritical) and found.type == "BP":
-                children = branches_around(orbits, found.point)
+            if isinstance(found, SeveralCritical):
+                children, images = branches_around(orbits, found, largest)
+                found = replace(found, images=images)
+                traced.found[place] = found
             else:
                 children = emanating_branches(orbits, found, settings, largest)
         except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
@@ -120,79 +122,118 @@ def emanating_branches(
     return []
 
 
-def branches_around(orbits: Orbits, point: OrbitPoint) -> list[EmanatingBranch]:
-    """Return the branches that leave a point where two multipliers are one, as by a symmetry.
+def branches_around(
+    orbits: Orbits, found: SeveralCritical, largest: float
+) -> tuple[list[EmanatingBranch], int]:
+    """Return the branches that leave a point where several multipliers are critical at once.
 
-    There the Jacobian has a kernel of three dimensions: the tangent of the branch that is known,
-    and a plane. Branches cross a small circle in that plane in isolated points, which Newton's
+    There the Jacobian has a kernel of more dimensions than two: the tangent of the branch that is
+    known, and a space. Branches cross a small sphere in it in isolated points, which Newton's
     method finds from directions all around. Of branches that are symmetric images of each other one
-    is followed.
+    is followed; how many are not is returned as well.
     """
-    right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-3:]
+    point = found.point
+    if found.type == "PD":
+        if 2 * orbits.period > largest:
+            return [], 0
+        # Along the parent an orbit does the same twice.
+        moved = point.z + BIFURCATION.differenced * point.tangent
+        first, beside = (_child(doubled_orbit(orbits, z), point) for z in (point.z, moved))
+        along = (beside.start.z - first.start.z) / BIFURCATION.differenced
+        orbits, point = first.orbits, replace(first.start, tangent=along)
+    right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-1 - found.count :]
     along = right @ point.tangent
-    plane = np.linalg.svd(along[None])[2][1:] @ right
+    space = np.linalg.svd(along[None])[2][1:] @ right
     points: list[OrbitPoint] = []
-    for angle in 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions:
-        row, found = np.array([np.cos(angle), np.sin(angle)]) @ plane, None
-        for _ in range(3):  # until the row is the direction of the branch itself
-            correction = correct(
-                orbits, _nearest_orbit(orbits, point.z, BIFURCATION.radius * row, plane), row
-            )
-            if not correction.converged:
-                break
-            found = orbits.point(correction, 0.0)
-            row = (found.z - point.z) @ plane.T @ plane
-            row /= np.linalg.norm(row)
-        else:
-            images = (_are_images(orbits, point, item, found) for item in points if found)
-            if found is not None and not any(images):
-                points.append(found)
-    children = []
+    for direction in _directions(found.count):
+        item = _beside(orbits, point, direction @ space, space)
+        if item is not None and all(np.linalg.norm(item.z - other.z) > ALIKE for other in points):
+            points.append(item)
+    distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
     for item in points:
+        spectra = dict(_spectra(orbits, point, item))
+        if not any(_are_images(spectra, known) for _, known in distinct):
+            distinct.append((item, spectra))
+    children = []
+    for item, _ in distinct:
         tangent = (item.z - point.z) / np.linalg.norm(item.z - point.z)
         tests = {**point.tests, "LP": float(tangent[-1])}
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
         children.append(EmanatingBranch(orbits, start))
-    return children
+    return children, len(points) - len(distinct)
 
 
-def _nearest_orbit(orbits: Orbits, z: Array, away: Array, plane: Array) -> Array:
-    """Return what satisfies the equations best with a given displacement in a plane.
+def _directions(count: int) -> Array:
+    """Return directions all around in so many dimensions, of any length."""
+    if count == 2:
+        angles = 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions
+        return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.random.default_rng(0).normal(size=(BIFURCATION.sphere, count))
+
+
+def _beside(orbits: Orbits, point: OrbitPoint, row: Array, space: Array) -> OrbitPoint | None:
+    """Return the orbit of another branch that lies near a direction; None if none is found."""
+    found = None
+    for _ in range(3):  # until the row is the direction of the branch itself
+        row = row / np.linalg.norm(row)
+        guess = _nearest_orbit(orbits, point.z, BIFURCATION.radius * row, space)
+        correction = correct(orbits, guess, row)
+        if not correction.converged:
+            return None
+        found = orbits.point(correction, 0.0)
+        row = (found.z - point.z) @ space.T @ space
+    return found
+
+
+def _nearest_orbit(orbits: Orbits, z: Array, away: Array, space: Array) -> Array:
+    """Return what satisfies the equations best with a given displacement in a space.
 
     The parameter is right then, and Newton's method does not lead to a branch farther round.
-    Shapes: z, away (u,); plane (2, u).
+    Shapes: z, away (u,); space (k, u).
     """
     near = z + away
     for _ in range(3):
         part = orbits.linearize(near)
-        matrix = np.vstack([part.jacobian, plane])
-        missing = np.concatenate([-part.defect, plane @ (z + away - near)])
+        matrix = np.vstack([part.jacobian, space])
+        missing = np.concatenate([-part.defect, space @ (z + away - near)])
         near = near + np.linalg.lstsq(matrix, missing, rcond=None)[0]
     return near
 
 
-def _are_images(orbits: Orbits, point: OrbitPoint, first: OrbitPoint, second: OrbitPoint) -> bool:
-    """Whether two branches from an orbit are images: for one parameter they have one spectrum.
+def _spectra(
+    orbits: Orbits, point: OrbitPoint, item: OrbitPoint
+) -> Iterator[tuple[float, Complex]]:
+    """Yield changes of the parameter along a branch from an orbit, and the multipliers there."""
+    rise, ratio = float(item.z[-1] - point.z[-1]), BIFURCATION.ratio
+    if abs(rise) < BIFURCATION.alike:  # it hardly changes: with which power is rounding
+        yield 0.0, item.multipliers
+        return
+    first = int(np.ceil(np.log(abs(rise) / BIFURCATION.compared) / np.log(ratio)))
+    for wanted in np.copysign(BIFURCATION.compared * ratio ** np.arange(first, 1.0), rise).tolist():
+        away, along = item.z - point.z, item.tangent
+        with np.errstate(all="ignore"):  # it changes with a power of the distance
+            grows = float(along[:-1] @ away[:-1]) / float(away[:-1] @ away[:-1])
+            guess = point.z + away * (wanted / away[-1]) ** (grows * away[-1] / along[-1])
+        guess[-1] = point.z[-1] + wanted
+        reach = 0.2 * float(np.linalg.norm(guess - point.z))
+        correction = correct(orbits, guess, hold_parameter(orbits.size), reach=reach)
+        if not correction.converged or correction.distance > reach:  # on another branch
+            return
+        item = orbits.point(correction, 0.0)
+        yield wanted, item.multipliers
+
+
+def _are_images(first: dict[float, Complex], second: dict[float, Complex]) -> bool:
+    """Whether two branches are images: wherever the parameter is the same, spectra are.
 
     The scales of states, and with them the distances of two images, need not be symmetric.
     """
-    rise, other = (float(item.z[-1] - point.z[-1]) for item in (first, second))
-    if abs(rise - other) >= BIFURCATION.alike:
-        if rise * other <= 0:
-            return False
-        away = second.z - point.z  # the parameter changes with a power of the distance
-        slope = second.tangent[-1] / np.linalg.norm(second.tangent[:-1])
-        power = slope * np.linalg.norm(away[:-1]) / other
-        with np.errstate(all="ignore"):  # where it hardly changes the power is rounding
-            guess = point.z + away * (rise / other) ** (1 / power)
-        guess[-1] = first.z[-1]
-        reach = 0.2 * float(np.linalg.norm(guess - point.z))
-        correction = correct(orbits, guess, hold_parameter(orbits.size), reach=reach)
-        if not correction.converged:
-            return False
-        second = orbits.point(correction, 0.0)
-    apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
-    return bool(apart.max() < BIFURCATION.alike * max(1.0, float(np.abs(first.multipliers).max())))
+    apart = [
+        np.abs(match_multipliers(first[rise], second[rise]) - first[rise]).max()
+        / max(1.0, np.abs(first[rise]).max())
+        for rise in first.keys() & second.keys()
+    ]
+    return bool(max(apart, default=np.inf) < BIFURCATION.alike)
 
 
 def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
