@@ -20,6 +20,7 @@ from slipfold.flow.affine_flow import (
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_flow import HybridFlow, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import first_mode, smooth_phases
+from slipfold.flow.linearized_trajectory import linearized_trajectory
 from slipfold.flow.modes import Status
 
 
@@ -173,6 +174,33 @@ def test_smooth_phases_are_those_of_the_integrator(monkeypatch, model):
         assert np.abs(part.polynomials(phases) - exact / constants.scales).max() < 1e-12
         assert not part.energies.any()
         before = part.state
+
+
+@pytest.mark.parametrize(("c", "groups"), [(0.0, [[1], [0]]), (0.05, [[0, 1]])])
+def test_derivatives_jump_where_two_changes_meet_if_contacts_are_coupled(monkeypatch, c, groups):
+    """Two masses between a third and walls begin to slip one after the other, in either order."""
+    monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=6))
+    law = sf.Coulomb(mu_s=0.5, mu_k=0.3)
+    model = sf.Structure(
+        np.eye(3),
+        [[0.1 + c, -c, 0], [-c, 0.1 + c, 0], [0, 0, 0.1]],
+        [[2, 0, -1], [0, 2, -1], [-1, -1, 3]],
+        contacts=[sf.FrictionContact(q, law, load=1.0, Vd=0.0, name=q) for q in ("q1", "q2")],
+        forcing=sf.HarmonicForce("q3", F=1.2),
+        f=0.2,
+    )
+    flow, constants = HybridFlow(model), flow_of(model).constants_of(model)
+    assert flow.groups(constants) == groups
+    found, none = [], np.zeros((len(constants.values), 0))
+    for apart in (1e-6, -1e-6):
+        start = np.array([0.5 + apart, 0.5 - apart, 1.0, 0.0, 0.0, 0.0])
+        system = flow.system(start, constants)
+        passed = list(smooth_phases(system, first_mode(system, start), start, 1.0))
+        found.append(linearized_trajectory(system, start, passed, none).matrix)
+        assert passed[0][1] == ((0, 1) if apart < 0 else (1, 0))
+    jumps = np.abs(found[0] - found[1]).max() > 1e-3
+    assert jumps == (len(groups) == 1)
+    assert jumps or np.abs(found[0] - found[1]).max() < 1e2 * 1e-6
 
 
 def test_a_free_mass_has_too_few_eigenvectors():

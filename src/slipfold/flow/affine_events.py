@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -107,11 +107,16 @@ GAUSS = gauss_points(8)
 """Points of a step for integrals of powers, which turn by 3.6: errors are 2e-14."""
 
 
+def is_large(dimension: int) -> bool:
+    """Whether events of so many states are found in less time in closed form."""
+    return dimension >= SEARCH.many
+
+
 def pays(flow: Flow, constants: Constants) -> bool:
     """Whether events in closed form take less time than an integrator."""
     if not isinstance(flow, AffineFlow):
         return False
-    return flow.dimension >= SEARCH.many or flow.takes_many_steps(constants)
+    return is_large(flow.dimension) or flow.takes_many_steps(constants)
 
 
 class AffineEvents:
@@ -365,16 +370,19 @@ class _Watched:
             starts = (np.abs(ends[0, 0]) <= SEARCH.rounding) & (ends[0, 1] > 0)
             undecided[0] &= ~(starts & (positive[0] > -SEARCH.rounding))
         for place in np.flatnonzero(undecided.any(axis=1)).tolist():
-            met = list[tuple[float, int]]()
+            met, (low, high) = None, phases[place : place + 2].tolist()
             for which in np.flatnonzero(undecided[place]).tolist():
-                low, high = phases[place : place + 2].tolist()
-                phase = self._first_zero(which, low, high, visible)
-                if phase is not None:
-                    met.append((phase, which))
+                phase = self._alone(which)._first_zero(low, high, visible)
+                if phase is not None and (met is None or phase < high):
+                    met, high = (which, phase), phase
             if met:
-                at, which = min(met)
-                return which, at
+                return met
         return None
+
+    def _alone(self, which: int) -> _Watched:
+        """Return a function alone."""
+        own = Harmonics(self.own.exponents, self.own.values[:, [which]])
+        return replace(self, seen=self.seen[[which]], own=own)
 
     def _bend(self, free: Complex, span: float, step: float, visible: Mask, order: int) -> Array:
         """Return bounds of a derivative over a span, shape (q,), times a power of the step."""
@@ -392,8 +400,8 @@ class _Watched:
             result += (np.abs(part.exponents) * step) ** order @ np.abs(part.values)
         return result
 
-    def _first_zero(self, which: int, first: float, last: float, visible: Mask) -> float | None:
-        """Return where a function first falls to zero between two phases, None if nowhere.
+    def _first_zero(self, first: float, last: float, visible: Mask) -> float | None:
+        """Return where the only function first falls to zero between two phases, None if nowhere.
 
         Intervals are halved until the function is positive or monotonic on each.
         """
@@ -402,11 +410,11 @@ class _Watched:
             low, high = intervals.pop()
             phases, step = np.array([low, high]), high - low
             free = self._free_at(phases)
-            ends = self._derivatives(phases, free, visible)[..., which] * step ** ORDERS[:, None]
+            ends = self._derivatives(phases, free, visible)[..., 0] * step ** ORDERS[:, None]
             at_zero = low == self.begin and abs(ends[0, 0]) <= SEARCH.rounding
             if ends[0, 0] <= 0 and not at_zero:
                 return self.begin if begins else low  # it has fallen since
-            bends = (self._bend(free[0], step, step, visible, order)[which] for order in (8, 7))
+            bends = (self._bend(free[0], step, step, visible, order)[0] for order in (8, 7))
             values = _enclosed(VALUES, ends[:, 0], ends[:, 1], next(bends))
             no_more = at_zero or values[1].max() <= SEARCH.rounding  # than rounding is a fall
             if ends[0, 1] > 0 and values[0].min() > (-SEARCH.rounding if no_more else 0.0):
@@ -417,16 +425,16 @@ class _Watched:
             if slopes[1].max() < 0 or step <= SEARCH.shortest:
                 if ends[0, 1] > 0:
                     continue
-                return self._zero(which, low, high)
+                return self._zero(low, high)
             middle = 0.5 * (low + high)
             intervals += [(middle, high), (low, middle)]
         return None
 
-    def _zero(self, which: int, low: float, high: float) -> float:
-        """Return the phase in an interval at which a function falls through zero."""
+    def _zero(self, low: float, high: float) -> float:
+        """Return the phase in an interval at which the only function falls through zero."""
         phase, before = high, np.inf
         for _ in range(SEARCH.iterations):
-            value, slope = (float(item[0, which]) for item in self.at(np.array([phase])))
+            value, slope = (float(item[0, 0]) for item in self.at(np.array([phase])))
             low, high = (phase, high) if value > 0 else (low, phase)
             after = phase - value / slope if slope < 0 else np.inf
             after = after if low <= after <= high else 0.5 * (low + high)

@@ -223,6 +223,9 @@ class AffineFlow(Flow):
 
     def __init__(self, equations: Equations) -> None:
         super().__init__(equations)
+        self._forget()
+
+    def _forget(self) -> None:
         self._known: tuple[Constants | None, AffineSolutions | None] = None, None
         self._fast: tuple[Constants | None, bool] = None, False
 
@@ -332,7 +335,7 @@ class AffineFlow(Flow):
         return harmonics_of(changes, units, relative.max(axis=0))
 
 
-@lru_cache(maxsize=16)  # a branch in the frequency needs one for each mode of contacts
+@lru_cache(maxsize=128)  # a branch in the frequency needs one for each mode of contacts
 def _eigenvectors(entries: bytes, n: int) -> EigenBasis | None:
     """Return eigenvalues, eigenvectors and their inverse; None where they have too few digits."""
     from scipy.linalg import matrix_balance  # slow to import

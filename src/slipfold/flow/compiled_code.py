@@ -326,9 +326,9 @@ class Evaluated:
 
         Shapes: states (m, n); phases (m,); returns (m, n, n).
         """
-        n = self.dimension
         function = self._compiled("jacobian", lambda: self._function(self._slopes()))
-        return self._evaluate(function, states, phases, constants).reshape(-1, n, n)
+        result = self._evaluate(function, states, phases, constants)
+        return result.reshape(-1, len(self.equations.field), self.dimension)
 
     def changing_jacobians(
         self, states: Array, phases: Array, constants: Constants
@@ -412,7 +412,7 @@ class Evaluated:
         rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
         along = np.tile(directions.T, (m, 1))
         result = self._evaluate(self._compiled("pull", build), rows, at, constants, along)
-        return result.reshape(m, k, -1).transpose(0, 2, 1)
+        return result.reshape(m, k, len(self.equations.field)).transpose(0, 2, 1)
 
     def powers(
         self, states: Array, phases: Array, constants: Constants, vectors: Array

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
@@ -16,6 +16,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.affine_events import AffineEvents, pays
 from slipfold.flow.affine_flow import flow_of_rates
+from slipfold.flow.assembled_modes import AssembledFlow, AssembledSlopes, FreeContacts
 from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import ContactQuantities, ContactsNow
@@ -139,9 +140,12 @@ class CompiledMode:
         """Its events in closed form; None if they, or the rates, are not affine."""
         return AffineEvents.of(self.flow, self.events, lambda: self._event_slopes, self.contacts)
 
+    def powers(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return power of each contact on the structure, and heat, in J per phase, (p, 2 k)."""
+        return self._powers.along(states, phases, constants)
+
     @cached_property
-    def powers(self) -> StateFunction:
-        """Power of each contact on the structure, and heat, in J per phase."""
+    def _powers(self) -> StateFunction:
         equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
         result = [
             equations.coefficients[-1] * power
@@ -149,6 +153,10 @@ class CompiledMode:
             for power in powers
         ]
         return StateFunction("powers", result, equations)
+
+    def held_at(self, constants: Constants) -> list[int]:
+        """Return the numbers of the states that contacts hold."""
+        return self.held
 
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""
@@ -214,6 +222,40 @@ class CompiledMode:
         return self._weights[which] * event.expression + (
             -CONTACT.event_distance if event.rising else CONTACT.event_distance
         )
+
+
+class AssembledMode(CompiledMode):
+    """A mode that is assembled; what an integrator needs is derived where it is needed."""
+
+    flow: AssembledFlow
+
+    def __init__(self, free: FreeContacts, mode: Mode, derive: Callable[[Mode], Any]) -> None:
+        self.flow = flow = AssembledFlow(free, mode, lambda: derive(mode).flow.equations)
+        self.name, self.contacts, self.slow, self.rests = str(mode), len(mode), None, False
+        self.events, self._derive = free.events(mode), derive
+        rows, size = [free.row(event) for event in self.events], len(free.equations.field)
+        self._event_slopes = AssembledSlopes(flow, lambda _: rows)
+        self.held_slopes = AssembledSlopes(flow, lambda c: [size + i for i in flow.at(c)[0]])
+        self.exact = AffineEvents(flow, self.events, self._event_slopes, len(mode))
+
+    def held_at(self, constants: Constants) -> list[int]:
+        """Return the numbers of the states that contacts hold."""
+        return self.flow.at(constants)[0]
+
+    def hold(
+        self, state: Array, phase: float, constants: Constants, polar: Sequence[float] = ()
+    ) -> Array:
+        """Return a state in which sticking contacts have no slip."""
+        at = self.flow.unknowns(state[None], np.array([phase]), constants)
+        return np.asarray(at[0, : len(state)])
+
+    def powers(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return power of each contact on the structure, and heat."""
+        return self.flow.work(states, phases, constants)
+
+    def integrator(self) -> Any:
+        """Return the integrator of states and energies."""
+        return self._derive(self.flow.mode).integrator()
 
 
 def _held_alone(mode: ModeEquations) -> list[Expression]:
@@ -351,9 +393,22 @@ class HybridFlow:
         if mode not in self._modes:
             with _BUILDING:
                 if mode not in self._modes:
-                    equations = mode_equations(self._model, mode)
-                    self._modes[mode] = CompiledMode(equations, self.limits)
+                    free, derive = self._free, self._derived
+                    self._modes[mode] = AssembledMode(free, mode, derive) if free else derive(mode)
         return self._modes[mode]
+
+    def _derived(self, mode: Mode) -> CompiledMode:
+        return CompiledMode(mode_equations(self._model, mode), self.limits)
+
+    @cached_property
+    def _free(self) -> FreeContacts | None:
+        """Its contacts with free forces where modes of many are assembled, None elsewhere."""
+        known = self._equations, self.contacts, self.limits
+        return None if self.planar else FreeContacts.of(*known)
+
+    def groups(self, constants: Constants) -> list[list[int]]:
+        """Return groups of contacts between which the order of changes makes no difference."""
+        return self._free.groups(constants) if self._free else [[*range(len(self.contacts))]]
 
     def of(self, mode: Mode) -> Flow:
         """Return the flow of a mode by itself, with its derivatives, as of any model."""
@@ -470,7 +525,7 @@ class HybridSystem:
         final, energies, polynomials = found.state, np.zeros(2 * len(mode)), None
         if self.energies:
             energies = found.integral(
-                lambda states, phases: compiled.powers.along(states, phases, self.constants)
+                lambda states, phases: compiled.powers(states, phases, self.constants)
             )
         if dense:
             polynomials = found.polynomials()

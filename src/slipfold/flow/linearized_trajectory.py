@@ -161,13 +161,14 @@ class _Variations:
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
         """Return variations without slip in the contacts that stick in a mode."""
         compiled = self._flow.mode(reported_mode(mode))
-        if not compiled.held:
+        held = compiled.held_at(self._constants)
+        if not held:
             return varied
         known = compiled.held_slopes.at(state, phase, self._constants, self._directions)
         states, _, by_parameters = known
         result = varied.copy()
-        result[compiled.held] = states @ varied
-        result[compiled.held, len(state) :] += by_parameters
+        result[held] = states @ varied
+        result[held, len(state) :] += by_parameters
         return result
 
 

@@ -102,7 +102,7 @@ class Release:
         onset = self._onset(state, phase, first, before)
         until = min(end, onset.end)
         compiled = system.flow.mode(reported_mode(mode))
-        powers = compiled.powers.along(onset.stages, onset.phases, system.constants).copy()
+        powers = compiled.powers(onset.stages, onset.phases, system.constants).copy()
         powers[:, [self._contact, len(mode) + self._contact]] += self._corrections(onset, first)
         energies = onset.integrals(until) @ powers
         seen = self._shown(onset, first.along, until) if dense else None
