@@ -24,7 +24,7 @@ from slipfold.flow.modes import (
     reported_mode,
 )
 from slipfold.models.model import Model
-from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
+from slipfold.orbits.switched_shooting import Passed, Piece, SwitchedShooting, in_turn
 
 
 @dataclass(frozen=True)
@@ -333,16 +333,21 @@ class MarginalShooting(SwitchedShooting):
         other = type(self)(self.model, self.free, self.period, self.met, lead=0.8)
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
-    def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
+    def piece(self, nodes: Array, constants: Constants) -> Piece:
         """Return what contacts do in turn, at stops without stick that is as good as none."""
         if self.met.stops is None:
             return super().piece(nodes, constants)
-        found = [
-            mode
-            for begin, end, mode in self.spans(nodes, constants)
-            if end - begin > WINDOW.instant or Status.STICK not in mode
-        ]
-        return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
+        spans = (self.spans(nodes, constants, group) for group in self.switched.groups(constants))
+        return tuple(
+            in_turn(
+                [
+                    mode
+                    for begin, end, mode in found
+                    if end - begin > WINDOW.instant or Status.STICK not in mode
+                ]
+            )
+            for found in spans
+        )
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
         """Integrate a state from the node to another phase; nothing where it cannot continue.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,16 @@ RESTING = (
     "is isolated; choose values at which it slips, or replace the contact by a stiff spring"
 )
 
+Piece = tuple[tuple[Mode, ...], ...]
+"""What contacts do in turn, by groups between which the order makes no difference."""
+
 Passed = list[tuple[SmoothPhase, Mode]]
 """The smooth phases of a trajectory, each with the mode that follows."""
+
+
+def in_turn(found: list[Mode]) -> tuple[Mode, ...]:
+    """Return modes in their order, wherever the period starts."""
+    return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
 
 
 class SwitchedShooting(Shooting):
@@ -65,29 +73,31 @@ class SwitchedShooting(Shooting):
 
     smooth = False
 
-    def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
+    def piece(self, nodes: Array, constants: Constants) -> Piece:
         """Return the modes of the contacts in their order over the period, wherever it starts.
 
         Shapes: nodes (m, n).
         """
-        found = [mode for _, _, mode in self.spans(nodes, constants)]
-        if len(found) < 2:
-            return tuple(found)
-        return min(tuple(found[i:] + found[:i]) for i in range(len(found)))
+        groups = self.switched.groups(constants)
+        spans = (self.spans(nodes, constants, group) for group in groups)
+        return tuple(in_turn([mode for *_, mode in found]) for found in spans)
 
     def stuck_fraction(self, nodes: Array, constants: Constants) -> float:
         """Return the fraction of the period in which a contact sticks. Shapes: nodes (m, n)."""
         spans = self.spans(nodes, constants)
         return sum(end - begin for begin, end, mode in spans if Status.STICK in mode) / self.period
 
-    def spans(self, nodes: Array, constants: Constants) -> list[tuple[float, float, Mode]]:
-        """Return the intervals of the modes: phases of begin and end, and the mode.
+    def spans(
+        self, nodes: Array, constants: Constants, group: Sequence[int] | None = None
+    ) -> list[tuple[float, float, Mode]]:
+        """Return the intervals of the modes of all or some contacts: begin, end, and the mode.
 
         The last one may continue beyond the end of the orbit. Shapes: nodes (m, n).
         """
         found = list[tuple[float, float, Mode]]()
         for part, _ in self.round(nodes, constants):
             mode = reported_mode(part.mode)
+            mode = mode if group is None else tuple(mode[contact] for contact in group)
             if found and found[-1][2] == mode:
                 found[-1] = (found[-1][0], part.end, mode)
             else:

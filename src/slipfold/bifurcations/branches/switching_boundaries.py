@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
-from slipfold.orbits.switched_shooting import SwitchedShooting
+from slipfold.orbits.switched_shooting import Piece, SwitchedShooting
 
 
 @dataclass(frozen=True)
@@ -245,8 +245,10 @@ def _jumps(before: OrbitPoint, after: OrbitPoint) -> bool:
     orbits = after.curve.orbits
     if orbits.by.smooth or orbits.free_phase:
         return False
-    own, others = (item.curve.orbits.by.spans(*_at(item)) for item in (before, after))
-    for one, other in ((own, others), (others, own)):
+    sides = ((before, after), (after, before))
+    groups = orbits.by.switched.groups(_at(after)[1])
+    for group, pair in product(groups, sides):
+        one, other = (item.curve.orbits.by.spans(*_at(item), group) for item in pair)
         for begin, end, mode in one:
             gaps = (
                 abs((begin + end - a - b + orbits.period) % (2 * orbits.period) - orbits.period)
@@ -483,26 +485,24 @@ def _next_piece(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint
     return other, first if own else ahead
 
 
-def _kind(before: Sequence[Mode], after: Sequence[Mode]) -> str:
+def _kind(before: Piece, after: Piece) -> str:
     """Return what happens between orbits that pass through some modes, and through others."""
-    counted = [_counts(modes) for modes in (before, after)]
+    counted = [_counts(piece) for piece in (before, after)]
     if counted[0][Status.OPEN] != counted[1][Status.OPEN]:
         return "LIFT"
     if counted[0][Status.STICK] != counted[1][Status.STICK]:
-        reversals = [_reversals(modes) for modes in (before, after)]
+        reversals = [sum(map(_reversals, piece)) for piece in (before, after)]
         return "STICK" if reversals[0] != reversals[1] else "GRAZE"
     return "MEET"
 
 
-def _counts(modes: Sequence[Mode]) -> dict[Status, int]:
+def _counts(piece: Piece) -> dict[Status, int]:
     """Return how often, in all contacts, each status begins on the way round."""
     found = dict.fromkeys(Status, 0)
-    for old, new in pairwise([modes[-1], *modes]):
-        for was, now in zip(old, new, strict=True):
-            found[now] += was is not now
-    if len(modes) == 1:
-        for status in modes[0]:
-            found[status] += 1
+    for modes in piece:
+        for old, new in pairwise([modes[-1], *modes]):
+            for was, now in zip(old, new, strict=True):
+                found[now] += was is not now or len(modes) == 1
     return found
 
 
