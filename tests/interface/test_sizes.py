@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 81_815, "tests": 40_935}
+TOTAL = {"src": 81_815, "tests": 40_945}
 """Lines of Python. Lower it whenever code is deleted; raise it only for what is new, and say so.
 
 Last raised for responses that are moved to new values, peaks of root mean squares and harmonics,
@@ -20,7 +20,7 @@ families of equilibria, best values of a fit that is interrupted, errors of rota
 resonance, states that decay slowly, snaking branches that end, and tests of closed forms on new
 users' models, bare types of documented fields: 1,075 lines of src and 1,160 of tests. Then 40 of
 each for unexplained losses of stability and extrema of smooth phases, with closed forms of both,
-and 465 and 45 for many contacts, whose combinations are no longer compiled one by one, branches
+and 465 and 55 for many contacts, whose combinations are no longer compiled one by one, branches
 where three and more multipliers are critical at once, and meshes that resolve jumps of an orbit.
 """
 

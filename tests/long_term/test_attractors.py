@@ -145,7 +145,7 @@ def test_motions_that_end_are_counted_and_no_attractor():
     assert 0 < found.fraction(-1).value < 1
     assert "ended: stick" in found.summary()
     held = sf.attractors(sf.SlidingOscillator(Vd=0), starts=4)  # it may rest anywhere in a range
-    assert (len(held), held.ends) == (0, {"rest in stick": 4})
+    assert (len(held), held.ends) == (0, {"held by friction": 4})
 
 
 @pytest.mark.long

@@ -217,6 +217,18 @@ def test_a_mass_shaken_across_its_belt_lifts():
         assert point.uncertainty < 1e-11
 
 
+def test_a_contact_that_was_open_touches_at_a_lift():
+    # The mass swings alone, m = 1, c = 0.2, k = 2, until it comes to the surface at 0.5.
+    load, law = sf.ContactLoad("q2", Ns=-0.5, kn=1.0), sf.Coulomb(mu_s=0.3, mu_k=0.3)
+    contact = sf.FrictionContact("q1", law, load=load, Vd=5.0)
+    given = {"contacts": contact, "forcing": sf.HarmonicForce("q2", F=0.2), "f": 0.2}
+    model = sf.Structure(np.eye(2), 0.2 * np.eye(2), np.diag([1.0, 2.0]), **given)
+    rate = 0.4 * math.pi
+    point, _ = named(model, "F", (0.2, 0.3))
+    assert point.type == "LIFT"
+    assert point.value == pytest.approx(0.5 * abs(2 - rate**2 + 0.2j * rate), rel=1e-9)
+
+
 def test_two_masses_alike_stop_at_once():
     # Nothing couples them, so they change places where their loads are equal.
     for span in ((2.8, 3.0), (3.0, 2.8)):

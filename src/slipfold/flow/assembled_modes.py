@@ -121,7 +121,8 @@ class FreeContacts(Evaluated):
         """
         whole, n, k = self.matrix(constants), self.states, len(self.contacts)
         seen = [whole[self.places[key]] for key in ("changes", Ending.PARTS)]
-        pushed, coupled = whole[:n, n:], np.abs(seen[0][:, n:]).reshape(k, 2, k).sum(axis=1) > 0
+        pushed, own = whole[:n, n:], np.abs(seen[0][:, n:])
+        coupled = (own > DEPENDENT * own.max(initial=0.0)).reshape(k, 2, k).any(axis=1)
         for rows in seen:
             sizes = np.abs(rows[:, :n]) @ np.abs(pushed)
             parts = np.abs(rows[:, :n] @ pushed) > DEPENDENT * sizes

@@ -171,7 +171,7 @@ class _Search:
             self._labels[self._labels == UNFINISHED] = UNDECIDED
         ends = Counter(stop.kind for stop in self._trajectories.stops.values())
         # All states about one that is held are at rest too, so that it attracts nothing
-        ends["rest in stick"] = int((self._labels == ENDED).sum()) - ends.total()
+        ends["held by friction"] = int((self._labels == ENDED).sum()) - ends.total()
         known = tuple(self._verified.known)
         found = tuple(item.attractor for item in known)
         return SearchResult(

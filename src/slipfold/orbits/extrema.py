@@ -409,7 +409,8 @@ def _least_of_part(values: Array) -> Array:
     at = np.clip(values.argmin(axis=0), SEARCH.neighbors, last) + _PLACES[:, None]
     beside = np.take_along_axis(values, at, axis=0).T
     with np.errstate(invalid="ignore"):  # an output may be infinite at rest
-        return np.where(_is_smooth(beside), _least_between(beside), values.min(axis=0))
+        known = np.isfinite(beside).all(axis=1)
+        return np.where(known, _least_between(beside), values.min(axis=0))
 
 
 def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:

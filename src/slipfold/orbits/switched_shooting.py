@@ -262,7 +262,9 @@ class SwitchedShooting(Shooting):
         for vector in vectors:
             over = np.linalg.norm(vector) / DIFFERENCED_TWICE
             sides = [nodes + sign / over * vector * self.scales for sign in (1, 0.5, 0, -0.5, -1)]
-            same = len({self.piece(side, constants) for side in sides}) == 1
+            # The third derivative jumps where changes swap in contacts that only springs couple
+            modes = ([mode for *_, mode in self.spans(side, constants)] for side in sides)
+            same = len({in_turn(each) for each in modes}) == 1
             ends = (self.propagate(side, self.start, self.end, constants) for side in sides)
             slopes = np.array(
                 [((end[1] * self.ratios) @ vector[..., None])[..., 0] for end in ends]

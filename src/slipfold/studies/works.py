@@ -437,7 +437,7 @@ OUTCOMES = {
     **{f"period_{period}": f"responses of period {period}" for period in (1, 2)},
     "longer": "responses of other periods",
     **{kind: f"attractors that are: {kind}" for kind in ("torus", "chaos", "cycle", "equilibrium")},
-    "ended": "nothing, as they end at a limit or rest in stick",
+    "ended": "nothing, as they end at a limit or are held by friction",
     "undecided": "an unknown solution",
 }
 """What starts converge to, by the end of the name of its fraction."""

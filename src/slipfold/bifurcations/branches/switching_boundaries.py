@@ -502,7 +502,7 @@ def _counts(piece: Piece) -> dict[Status, int]:
     for modes in piece:
         for old, new in pairwise([modes[-1], *modes]):
             for was, now in zip(old, new, strict=True):
-                found[now] += was is not now or len(modes) == 1
+                found[now] += was is not now
     return found
 
 
