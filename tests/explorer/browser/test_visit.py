@@ -90,8 +90,8 @@ def test_it_can_be_read_in_both_themes_and_every_width(new_tab):
             page.set_viewport_size({"width": width, "height": 900})
             page.wait_for_function(
                 "([selector, width]) => { const plot = document.querySelector(selector); return"
-                " innerWidth === width && plot.firstChild.layout.width === plot.clientWidth; }",
-                arg=[DIAGRAM, width],
+                " innerWidth === width && plot.layout.width === plot.parentNode.clientWidth; }",
+                arg=[f"{DIAGRAM} .plot-canvas", width],
             )
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             assert page.evaluate(ON_ITS_LINE)
