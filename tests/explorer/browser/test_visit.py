@@ -178,7 +178,7 @@ def test_what_takes_long_says_how_far_it_is(new_tab):
         words = {"progress": "branch 2, 37 points", "value": 0.25}
         return {**head, **words, "done": False}
 
-    answers = new_tab.holding(lambda answer: answer["kind"] == "diagram" and answer["done"], slow)
+    answers = new_tab.holding(lambda answer: answer["kind"] == "diagram", slow)
     explorer = new_tab.open()
     answers.is_on = True
     explorer.slide("Vd", 0.66)
