@@ -193,8 +193,8 @@ class Cycles(Orbits):
     def flow_direction(self, z: Array) -> Array:
         """Return the unit vector of a phase shift; zero at an equilibrium."""
         rates = self.by.rates(self.nodes(z), self.constants(z))
-        size = float(np.linalg.norm(rates)) or 1.0
-        with np.errstate(invalid="ignore"):  # rates overflow far away: not a number then
+        with np.errstate(over="ignore", invalid="ignore"):  # far away rates or squares overflow
+            size = float(np.linalg.norm(rates)) or 1.0
             return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
 
     def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, Array, Array]:
