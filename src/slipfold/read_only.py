@@ -19,11 +19,11 @@ def field_hints(kind: type) -> dict[str, Any]:
     return hints
 
 
-def _make_bare(kind: type) -> None:
+def _make_bare(kind: type[Documented]) -> None:
     """Leave the bare types of fields in annotations, which signatures show."""
     own, hints = get_annotations(kind), get_type_hints(kind, include_extras=True)
     found = {name: hints[name] for name in own if get_origin(hints[name]) is Annotated}
-    kind._annotated = found  # type: ignore[attr-defined]
+    kind._annotated = found
     kind.__annotations__ |= {name: hint.__origin__ for name, hint in found.items()}
 
 
@@ -63,6 +63,8 @@ class Documented:
     that of the field before. Parameters of methods have such a type by its name.
     """
 
+    _annotated: ClassVar[dict[str, Any]] = {}  # the fields of the class itself with their texts
+
     def __init_subclass__(cls, **options: Any) -> None:
         """Write the sections on parameters into the docstrings of the class and its methods."""
         super().__init_subclass__(**options)
@@ -77,7 +79,7 @@ class Documented:
         )
         if "Annotated" in str(get_annotations(cls)):
             _make_bare(cls)
-        if "\nParameters\n" in before or not any("_annotated" in vars(k) for k in cls.__mro__):
+        if "\nParameters\n" in before or not any(vars(k).get("_annotated") for k in cls.__mro__):
             return
         hints = field_hints(cls)
         lines = [before.rstrip("\n"), "", "Parameters", "----------"]

@@ -356,7 +356,7 @@ class Diagram(CurveDiagram):
         where = f"{searched.starts} starts each at {self.vary} = {places}"
         total, left = searched.starts * len(searched.values), searched.undecided
         open_ = f"; {left} of {total} starts had not settled after {searched.periods} periods"
-        open_ = f"{open_}: ask attractors what they come to, with more periods" * bool(left)
+        open_ = f"{open_}: ask attractors on what they settle, with more periods" * bool(left)
         return [f"Searched from {where}: {found}; in {box}{open_}"]
 
     def _record(self) -> dict[str, Any]:

@@ -41,21 +41,21 @@ def test_the_first_visit_is_guided(browser, address):
     undo = page.get_by_label("Undo (Ctrl+Z)")
     expect(undo).to_be_enabled()  # it leaves the tour
     steps = int(tour.locator(".count").inner_text().split()[-1])
-    told, rest = [], places(explorer, PLOTS)
+    texts, rest = [], places(explorer, PLOTS)
     for step in range(1, steps + 1):
         expect(tour.locator(".count")).to_have_text(f"{step} of {steps}")
         assert places(explorer, PLOTS) == rest
         if tour.locator("h2").inner_text() in ("The threshold", "Criticality"):
             expect(tour).to_contain_text("= 0.")
-        told.append(tour.locator("p").inner_text())
+        texts.append(tour.locator("p").inner_text())
         if tour.locator("h2").inner_text() == "Speed of the plate":
             pinned = [p.input_value() for p in page.get_by_label("Name of the pinned curve").all()]
             assert len(pinned) == 3
-            assert ", ".join(pinned) in told[-1]
+            assert ", ".join(pinned) in texts[-1]
         tour.locator(".main").click()
     expect(tour).to_be_hidden()
     assert places(explorer, PLOTS) == rest
-    assert "Nd = 0.0436" in told[1] or "Nd = 0.04358" in told[1]
+    assert "Nd = 0.0436" in texts[1] or "Nd = 0.04358" in texts[1]
     # It is not forced on anyone twice, but it can be had again, and left.
     page.reload()
     page.wait_for_selector(f"{DIAGRAM}[data-drawn]")
