@@ -1,5 +1,6 @@
 """Loci of branch points: of equilibria, forced orbits and cycles, and where there is none."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,12 @@ from scipy.integrate import solve_ivp
 
 from slipfold import Settings, System, locus, response
 from slipfold.bifurcations.branches.stops import Standing
+from slipfold.bifurcations.loci.locus_equations import LocusEquations
+from slipfold.bifurcations.loci.special_points import SpecialPoints
+from slipfold.continuation.newton import correct
+from slipfold.continuation.traced_curve import StepInterval, TracedCurve
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.kinds import Equilibria
 
 WINDOW = ((-1.0, 1.0), (-1.0, 1.0))
 
@@ -17,9 +24,9 @@ def line(rate, mu=-0.5, b=0.0):
     return System(name="line", parameters={"mu": mu, "b": b}, states={"x": rate})
 
 
-def branch_point(model, vary="mu", span=(-0.6, 0.6)):
+def branch_point(model, vary="mu", span=(-0.6, 0.6), kind="BP"):
     diagram = response(model, vary=vary, span=span)
-    return next(item.point for item in diagram.special if item.point.type == "BP")
+    return next(item.point for item in diagram.special if item.point.type == kind)
 
 
 def types(curve):
@@ -29,36 +36,46 @@ def types(curve):
 def test_a_pitchfork_of_equilibria_turns_hard_where_its_cubic_vanishes():
     point = branch_point(line("mu*x + b*x^3 - x^5", b=-0.5))
     found = locus(point, ("mu", "b"), WINDOW)
-    crossing = found.loci[0]
+    crossing, folds = found.loci
     assert (crossing.type, crossing.kind, types(crossing)) == ("BP", "equilibrium", ["DP"])
     assert np.abs(crossing.values[:, 0]).max() < 1e-12
     assert np.ptp(crossing.values[:, 1]) == 2.0
     (turn,) = (item for item in crossing.special if item.type == "DP")
     assert turn.values == pytest.approx((0, 0), abs=1e-9)
-    (same,) = (item for item in found.loci[1].special if item.type == "DP")  # folds begin there
+    (same,) = folds.special  # they begin there, and are drawn once
+    assert (same.type, folds.started.kind, folds.stopped.kind) == ("DP", "codimension-2", "window")
+    assert (np.diff(folds.values[:, 1]) > 0).all()
     assert max(*turn.uncertainty, *same.uncertainty) < 1e-9
     assert crossing.coefficient == pytest.approx(crossing.values[:, 1], abs=1e-9)
     assert (crossing.supercritical == (crossing.values[:, 1] < 0)).all()
 
 
 def test_the_folds_of_a_hard_pitchfork_end_where_it_turns_soft():
-    model = line("mu*x + b*x^3 - x^5", b=0.8)
-    diagram = response(model, vary="mu", span=(-0.6, 0.6))
-    fold = next(item.point for item in diagram.special if item.point.type == "LP")
+    fold = branch_point(line("mu*x + b*x^3 - x^5", b=0.8), kind="LP")
     found = locus(fold, ("mu", "b"), WINDOW)
     folds, crossing = found.loci
     assert (folds.type, crossing.type, types(folds)) == ("LP", "BP", ["DP"])
     mu, b = folds.values.T
     assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)
     # The equations of folds hold on along the branch points: those know where it is.
-    (turn,) = (item for item in folds.special if item.type == "DP")
-    (same,) = (item for item in crossing.special if item.type == "DP")
-    assert turn.values == pytest.approx((0, 0), abs=1e-9)
-    assert same.values == pytest.approx((0, 0), abs=1e-9)
-    assert max(turn.uncertainty) < 1e-9
+    for curve in (crossing, folds):
+        (turn,) = (item for item in curve.special if item.type == "DP")
+        assert turn.values == pytest.approx((0, 0), abs=1e-9)
+        assert max(turn.uncertainty) < 1e-9
     assert folds.started.values == tuple(folds.values[0]) == turn.values
     assert np.abs(crossing.values[:, 0]).max() < 1e-12
     assert found.checked.disagreeing == ()
+
+
+def test_folds_end_at_a_degenerate_pitchfork_wherever_rounding_leads_beside_it():
+    orbits = Equilibria(line("mu*x + b*x^3 - x^5"), {"mu": 1.0, "b": 1.0}, Cayley())
+    folds, at = LocusEquations(orbits, "LP"), orbits.pack(np.array([[0.03]]), (-(0.03**4), 0.0018))
+    before = folds.point(correct(folds, at, np.array([-1.0, 0, 0])), 0.0)
+    # The equations are met to all digits from there to all branch points next to it.
+    lost = replace(before, z=orbits.pack(np.array([[4e-5]]), (0.0, -4e-9)), arclength=0.03)
+    result = SpecialPoints(folds).watch(StepInterval(TracedCurve(folds, [before]), lost, 4))
+    assert [item.type for item in result.found] == ["DP"]
+    assert np.abs(result.stop.end.values).max() < 1e-9
 
 
 def test_a_transcritical_point_has_a_locus_and_no_criticality():
@@ -183,17 +200,6 @@ def test_doublings_that_cross_branch_points_are_named_for_them():
     assert types(doublings) == types(crossing) == ["BPPD"]
     (corner,) = (item for item in doublings.special if item.type == "BPPD")
     assert corner.values == pytest.approx((0, doubling.value), abs=1e-9)
-
-
-def test_folds_are_drawn_once_from_where_a_pitchfork_turns_soft():
-    point = branch_point(line("mu*x + b*x^3 - x^5", b=-0.5))
-    crossing, folds = locus(point, ("mu", "b"), WINDOW).loci
-    assert (crossing.type, folds.type) == ("BP", "LP")
-    assert (folds.started.kind, folds.stopped.kind) == ("codimension-2", "window")
-    assert types(folds) == ["DP"]
-    mu, b = folds.values.T
-    assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)
-    assert (np.diff(b) > 0).all()
 
 
 def test_extrema_of_a_circle_of_branch_points_are_its_own():

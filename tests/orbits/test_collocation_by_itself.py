@@ -29,10 +29,8 @@ def on_uniform_mesh(orbit, count, degree):
     """Orbits by collocation of a degree, with the unknown of this one."""
     edges, free = np.linspace(0.0, orbit.period, count + 1), {"W": 1.0}
     by = Collocation(orbit.model, free, edges=edges, scheme=Scheme(gauss_points(degree)))
-    orbits, shot = (
-        ForcedOrbits(orbit.model, free, by=lambda *_: by),
-        ForcedOrbits(orbit.model, free),
-    )
+    orbits = ForcedOrbits(orbit.model, free, by=lambda *_: by)
+    shot = ForcedOrbits(orbit.model, free)
     z = orbits.adopt(shot, shot.unknown(orbit.nodes, orbit.model))
     correction = correct(orbits, z, hold_parameter(len(z) - 1))
     assert correction.converged

@@ -179,10 +179,8 @@ def test_probabilities_have_intervals(small):
         assert low < small.probability_above(load, way) < high
     # Wilson's interval of k of n in closed form, with the normal quantile z.
     n, z, fraction = 64, 1.959963985, small.probability_above(load)
-    middle, half = (
-        fraction + z**2 / (2 * n),
-        z * np.sqrt(fraction * (1 - fraction) / n + (z / (2 * n)) ** 2),
-    )
+    middle = fraction + z**2 / (2 * n)
+    half = z * np.sqrt(fraction * (1 - fraction) / n + (z / (2 * n)) ** 2)
     assert small.probability_bounds(load) == pytest.approx(
         [(middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)], rel=1e-6
     )

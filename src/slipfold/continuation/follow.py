@@ -285,10 +285,8 @@ def _reversals(points: Sequence[P], component: int) -> Iterator[tuple[P, P, P, i
     direction, last = 0, 0
     for index in range(1, len(points)):
         step: Any = points[index].z[component] - points[index - 1].z[component]
-        if (
-            points[index].piece != points[index - 1].piece
-        ):  # where pieces meet there may be a corner
-            direction = 0
+        if points[index].piece != points[index - 1].piece:
+            direction = 0  # where pieces meet there may be a corner
         elif abs(step) > STEP.flat:
             if step * direction < 0:
                 between = points[last : index + 1]

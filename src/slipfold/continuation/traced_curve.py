@@ -67,10 +67,8 @@ class StepInterval(Generic[P]):
 
     def __init__(self, traced: TracedCurve[P], point: P, memory: int) -> None:
         self.traced = traced
-        self.history = [
-            *traced.recent(memory),
-            point,
-        ]  # what interpolation may use, in order; grows
+        # What interpolation may use, in order; grows
+        self.history = [*traced.recent(memory), point]
         self.before = traced.points[-1]
         self.point = point  # its end, which moves back where a monitor ends the curve
 

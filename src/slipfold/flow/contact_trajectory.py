@@ -173,9 +173,8 @@ def contact_trajectories(
 def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[ContactPhase]:
     """Sample a smooth phase from its begin to its end, a piece for each contact."""
     constants, flow = flow_of(model).constants_of(model), hybrid_flow_of(model)
-    count = max(
-        math.ceil(per_period * (part.end - part.begin)), 16
-    )  # short pieces may bend as much
+    # Short pieces may bend as much.
+    count = max(math.ceil(per_period * (part.end - part.begin)), 16)
     phases = np.linspace(part.begin, part.end, count + 1)
     assert part.polynomials is not None
     states = part.polynomials(phases)[:, :n] * constants.scales

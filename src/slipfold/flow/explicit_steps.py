@@ -31,9 +31,8 @@ class ExplicitSettings:
 
     # Distance of a limit, in changes over a step: beyond 1/3 a cubic does not reach it
     limit_distance: float = 0.4
-    sharp_change: float = (
-        TURNS.flat / 4
-    )  # of a sharp function's argument, so that no bend is missed
+    # Change of a sharp function's argument that misses no bend
+    sharp_change: float = TURNS.flat / 4
     tiny: float = 1e-100  # smallest denominator of a quotient of squares
     steps_per_call: int = 4  # which stay in registers; a call costs as much as a step
     operations: int = 3000  # in a compiled function, a second to compile; beyond it one step a call

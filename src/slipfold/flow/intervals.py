@@ -169,10 +169,8 @@ class _Modes:
         kept = np.delete(self.matrix, self.columns, axis=1)
         given = np.delete(jacobian, self.columns, axis=1)
         factor = float((given * kept).sum() / (kept * kept).sum())
-        same = bool(
-            (np.abs(given - factor * kept) <= 1e-12 * np.abs(factor * kept)).all()
-        )  # rounding
-        return factor if same else None
+        off = np.abs(given - factor * kept)
+        return factor if bool((off <= 1e-12 * np.abs(factor * kept)).all()) else None  # rounding
 
 
 class LinearPart:

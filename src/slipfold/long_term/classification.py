@@ -427,10 +427,8 @@ class TrajectoryGrid:
         runs, cells = np.nonzero(self.known.kinds == OPEN)
         self.total += 2 * len(cells) * CLASSIFICATION.pair_periods[0]
         for first in range(0, len(cells), CLASSIFICATION.batch):
-            run, cell = (
-                runs[first : first + CLASSIFICATION.batch],
-                cells[first : first + CLASSIFICATION.batch],
-            )
+            some = slice(first, first + CLASSIFICATION.batch)
+            run, cell = runs[some], cells[some]
             result, interrupted = self.classified_open(cell, self.known.states[run, cell])
             known = (result.kinds != UNDECIDED) | (not interrupted)
             self.known.put((run[known], cell[known]), result.rows(known))

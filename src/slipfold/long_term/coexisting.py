@@ -251,10 +251,8 @@ class _PlaceProgress:
     value: float
 
     def __call__(self, progress: Progress) -> None:
-        done, total = (
-            self.place * ATTRACTOR.search_starts + progress.done,
-            ATTRACTOR.search_values * ATTRACTOR.search_starts,
-        )
+        done = self.place * ATTRACTOR.search_starts + progress.done
+        total = ATTRACTOR.search_values * ATTRACTOR.search_starts
         values = {"branch": self.branches, "points": 0, "parameter": self.value, "special": ()}
         self.observer(Progress(STAGE, done, total, values={**values, "period": 1}))
 

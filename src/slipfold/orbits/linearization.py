@@ -71,9 +71,8 @@ class Sparse(SquareMatrix):
         from scipy.sparse.linalg import splu
 
         try:
-            return splu(
-                self._entries(ELIMINATION.light), permc_spec="NATURAL"
-            )  # columns are in order
+            # Columns are in order.
+            return splu(self._entries(ELIMINATION.light), permc_spec="NATURAL")
         except RuntimeError:
             return None
 

@@ -254,10 +254,8 @@ class _Doubling:
         if orbits.steps is not None:
             near = correct_many(self._approach, near, APPROACH).z
         found = correct_many(self._last, near, DOUBLING)
-        self.states, self.values = (
-            orbits.states(every, found.z)[:, 0],
-            found.z[:, -1] * orbits.width,
-        )
+        self.states = orbits.states(every, found.z)[:, 0]
+        self.values = found.z[:, -1] * orbits.width
         self.multipliers = np.full(states.shape, complex(np.nan, np.nan))
         self.residuals = np.full(m, np.inf)
         done = np.flatnonzero(found.found)

@@ -104,17 +104,10 @@ def emanating_branches(
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
-        angles, unit = (
-            np.sort(angles_on_circle(found.point.multipliers)),
-            orbits.unit(found.point.z),
-        )
+        angles = np.sort(angles_on_circle(found.point.multipliers))
         apart = angles[np.diff(angles, prepend=-1.0) > ALIKE]  # of equals one is followed
-        first = [
-            hopf_cycle(
-                orbits, found.point.z, method, frequency=None if each is None else each / unit
-            )
-            for each in (apart.tolist() if len(apart) > 1 else (None,))
-        ]
+        several = (apart / orbits.unit(found.point.z)).tolist() if len(apart) > 1 else [None]
+        first = [hopf_cycle(orbits, found.point.z, method, frequency=each) for each in several]
         first.sort(key=lambda each: each.orbits.duration(each.z) or 0.0)
         return [_child(each, found.point) for each in first]
     if found.type == "PD" and 2 * orbits.period <= largest:

@@ -118,7 +118,36 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return what is special between two points; the first step from another locus is not."""
-        return MonitorResult() if interval.leaves else super().watch(interval)
+        if interval.leaves:
+            return MonitorResult()
+        result = super().watch(interval)
+        return self._softened(result, interval) if self._curve.condition == "LP" else result
+
+    def _softened(
+        self, result: MonitorResult[OrbitPoint], interval: StepInterval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint]:
+        """End folds at a degenerate pitchfork, which they reach where the last point is beside it.
+
+        There their equations are singular, and hold along the branch points as well: how far along
+        which of the two Newton's method converges is rounding, and so are tests and tangents.
+        """
+        turns, before = [item for item in result.found if item.type == "DP"], interval.before
+        beside = turns or [Found("DP", interval.point, 0.0)] * self._is_symmetric(interval.point)
+        exact = on_branch_points(beside[0], self._curve, "DP") if beside else None
+        if not (turns or exact):
+            return result
+        turn = exact[1] if exact else turns[0]
+        there, away = turn.point, turn.point.z - before.z
+        near = np.linalg.norm(there.z - interval.point.z) < RULES.near_parent
+        if not turns and not (near and away @ before.tangent > 0):
+            return result
+        there = replace(there, arclength=before.arclength + float(np.linalg.norm(away)))
+        last = replace(beside[0].point, z=there.z, arclength=there.arclength)
+        last = replace(last, monodromy=there.monodromy, multipliers=there.multipliers)
+        others = [item for item in result.found if item.type not in ("DP", *STANDING_STILL)
+                  or np.linalg.norm(item.point.z - there.z) > RULES.pitchfork]  # fmt: skip
+        end = End("codimension-2", MIRRORED, self._curve.place(there.z))
+        return MonitorResult([*others, replace(turn, point=there)], Stop(last, end))
 
     def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether nothing can be found between two points."""
@@ -133,18 +162,6 @@ class SpecialPoints(Zeros[OrbitPoint]):
         found = [
             item for item in found if not any(_are_one(old, item) for old in interval.traced.found)
         ]
-        turns = [item for item in found if item.type == "DP"]
-        if curve.condition == "LP" and turns:
-            turn, last = turns[0], turns[0].point
-            if exact := on_branch_points(turn, curve, "DP"):
-                turn = exact[1]
-            found = [turn if item is turns[0] else item for item in found]
-            there = turn.point
-            last = replace(
-                last, z=there.z, monodromy=there.monodromy, multipliers=there.multipliers
-            )
-            place = curve.place(there.z)
-            return MonitorResult(found, Stop(last, End("codimension-2", MIRRORED, place)))
         left = [item for item in found if item.type in LEFT_AT.get(curve.condition, ())]
         if left and _turns_back(interval) and self._leaves_symmetry(left[0].point):
             point = left[0].point
