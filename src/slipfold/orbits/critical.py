@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from slipfold.orbits.kinds import Cycles, Equilibria
 from slipfold.orbits.linearization import MANY, Conditions, Linearization, defect_of
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.multipliers import on_quotient
-from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENT_GROWTH, MeshShooting, Shooting
 from slipfold.orbits.test_functions import (
     UNKNOWN,
@@ -209,20 +209,11 @@ class Critical(OrbitCurve):
         return {}
 
 
-@dataclass(frozen=True, eq=False)
-class Emanating:
-    """The first of the orbits that emanate at another."""
-
-    orbits: Orbits  # what they are
-    z: Array  # the first of them as an unknown
-    tangent: Array  # unit vector in which they leave: to first order no parameter changes
-    monodromy: Array  # matrix whose eigenvalues are watched, in scaled states
-
-
-def doubled_orbit(orbits: Orbits, z: Array) -> Emanating:
+def doubled_orbit(orbits: Orbits, z: Array, residual: float) -> OrbitPoint:
     """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.
 
-    That is the critical direction, which changes sign from one period to the next.
+    That is the critical direction, which changes sign from one period to the next. To first order
+    no parameter changes.
     """
     part = orbits.linearize(z)
     values, vectors = np.linalg.eig(part.product)
@@ -247,17 +238,18 @@ def doubled_orbit(orbits: Orbits, z: Array) -> Emanating:
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
     doubled = child.join(nodes, orbits.free_values(z))
-    return Emanating(child, doubled, tangent, part.monodromy @ part.monodromy)
+    return child.derived_point(doubled, tangent, 0.0, part.monodromy @ part.monodromy, residual)
 
 
 def hopf_cycle(
     orbits: Equilibria,
     z: Array,
+    residual: float,
     method: Callable[[Array], Cut] = lambda jacobian: Shooting,
     *,
     pair: int = 0,
     frequency: float | None = None,
-) -> Emanating:
+) -> OrbitPoint:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of emanating cycles.
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
@@ -276,9 +268,10 @@ def hopf_cycle(
     turning = np.real(q * turns[:, None]).ravel()
     tangent = np.concatenate([turning, np.zeros(len(child.units))])
     nodes = np.tile(orbits.nodes(z), (m, 1))
-    return Emanating(
-        child,
+    return child.derived_point(
         child.join(nodes, [unit * turn, *orbits.values(z)]),
         tangent / np.linalg.norm(tangent),
+        0.0,
         on_quotient(transition(jacobian * turn), np.real(1j * q)),
+        residual,
     )

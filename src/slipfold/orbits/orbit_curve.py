@@ -91,6 +91,33 @@ class OrbitCurve(Curve[OrbitPoint]):
         Shapes: multipliers (n,).
         """
 
+    def derived_point(
+        self,
+        z: Array,
+        tangent: Array,
+        arclength: float,
+        monodromy: Array,
+        residual: float,
+        linearization: Any = None,
+    ) -> OrbitPoint:
+        """Return a point that is no correction, as where another curve passes and this is singular.
+
+        Test functions of branches need no linearization. Shapes: monodromy (n, n).
+        """
+        multipliers = floquet_multipliers(monodromy)
+        return OrbitPoint(
+            z,
+            tangent,
+            arclength,
+            self.tests(z, linearization, multipliers, tangent),
+            0,  # the bordered determinant is zero, or not known
+            residual,
+            piece=self.orbits.piece(z),
+            curve=self,
+            monodromy=monodromy,
+            multipliers=multipliers,
+        )
+
     def described_by(self, by: Discretization, spectrum: Multipliers | None = None) -> Self:
         """Return the same in terms of another discretization, or with another spectrum."""
         return self.with_orbits(self.orbits.described_by(by, spectrum))
@@ -462,6 +489,10 @@ class Orbits(OrbitCurve):
         gap = wrap_angles(own - near, self.by.angle_periods)
         return self.join((near + gap) * self.scales, self.free_values(z))
 
+    def is_like(self, other: Orbits) -> bool:
+        """Whether others may be the same orbits: of one kind and period."""
+        return (self.kind, self.period) == (other.kind, other.period)
+
     def in_phase(self, z: Array, like: Array) -> Array:
         """Return the same orbit started where it lies nearest to another."""
         return self.started_near(z, like)
@@ -488,9 +519,6 @@ class Orbits(OrbitCurve):
         self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at a bifurcation of a branch."""
-        return self._branch_tests(multipliers, tangent)
-
-    def _branch_tests(self, multipliers: Complex, tangent: Array) -> dict[str, float]:
         tests = evaluate_tests(multipliers, self.spectrum.tests)
         return {**tests, "LP": float(tangent[-1])}
 
@@ -521,25 +549,3 @@ class Orbits(OrbitCurve):
         columns = [names.index(name) for name in self.spectrum.tests]
         found[:, columns] = evaluate_each(multipliers, self.spectrum.tests)
         return found
-
-    def derived_point(
-        self, z: Array, tangent: Array, arclength: float, monodromy: Array, residual: float
-    ) -> OrbitPoint:
-        """Return a point of a branch whose derivatives follow from those of another branch.
-
-        Shapes: monodromy (n, n).
-        """
-        multipliers = floquet_multipliers(monodromy)
-        tests = self._branch_tests(multipliers, tangent)
-        return OrbitPoint(
-            z,
-            tangent,
-            arclength,
-            tests,
-            0,
-            residual,
-            piece=self.piece(z),
-            curve=self,
-            monodromy=monodromy,
-            multipliers=multipliers,
-        )

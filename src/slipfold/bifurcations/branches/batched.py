@@ -192,10 +192,9 @@ def doubled_branches(
                 except BREAKDOWNS:
                     case.leave("emanating branch")
                     break
-                for child in children:
-                    first = child.start
+                for first in children:
                     step = first.z, first.tangent, 0.0
-                    new = BatchedBranch(number, child.orbits, [step], parent, found, first)
+                    new = BatchedBranch(number, first.curve, [step], parent, found, first)
                     branches.append(new)
     return branches
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch_point import find_crossing
-from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, noise_beside_parent
+from slipfold.bifurcations.branches.closed_branches import noise_beside_parent, same_orbit
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite, lagrange
 from slipfold.continuation.locate import ZERO, LostCurveError, locate, point_at
@@ -152,8 +152,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         for place, item in enumerate(found):
             if item.type != "BP":
                 continue
-            first = orbits.adopt(start.curve, start.z)
-            if orbits.distance(first, item.point.z) < SAME_ORBIT:
+            if same_orbit(orbits, item.point.z, start):
                 end = End("closed", CLOSED, orbits.place(item.point.z))
                 return MonitorResult(found[:place], Stop(item.point, end, closes=True))
         return None

@@ -12,7 +12,6 @@ from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import NEWTON
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
-from slipfold.orbits.test_functions import floquet_multipliers
 
 
 @dataclass(frozen=True)
@@ -88,28 +87,14 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     own = int(np.abs(alike).argmax())
     other = _oriented(tangents[1 - own])
     unsure = min(abs(float(other[-1] - np.sign(each @ other) * each[-1])) for each in tangents[2:])
-    found = _as_point(curve, solved, tangents[own] * np.sign(alike[own]), point.arclength)
+    part = solved.linearization
+    residual = float(np.abs(part.residual).max())
+    at = solved.z, tangents[own] * np.sign(alike[own]), point.arclength
+    found = curve.derived_point(*at, part.monodromy, residual, part)
     # Rounding of the slopes moves the place, and with it the parameter.
     moves = solved.rounding * solved.moves @ np.linalg.inv(hessian)
     rounding, blurred = float(np.linalg.norm(moves[-1])), float(np.linalg.norm(moves, 2))
     return Crossing(found, other, unsure, rounding, blurred)
-
-
-def _as_point(curve: OrbitCurve, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
-    linearization = solved.linearization
-    multipliers = floquet_multipliers(linearization.monodromy)
-    return OrbitPoint(
-        solved.z,
-        tangent,
-        arclength,
-        curve.tests(solved.z, linearization, multipliers, tangent),
-        0,  # the bordered determinant is zero
-        float(np.abs(linearization.residual).max()),
-        piece=curve.orbits.piece(solved.z),
-        curve=curve,
-        monodromy=linearization.monodromy,
-        multipliers=multipliers,
-    )
 
 
 def _oriented(tangent: Array) -> Array:

@@ -38,20 +38,9 @@ SAME_ORBIT = 1e-5
 """Two orbits this close are one: each is known to 1e-9 or better, and steps are much longer."""
 
 
-@dataclass(frozen=True, eq=False)
-class EmanatingBranch:
-    """Where a branch of doubled period, or of cycles, begins."""
-
-    orbits: Orbits  # what the branch that begins consists of
-    start: OrbitPoint  # its first point
-
-    def fits(self, orbits: Orbits) -> bool:
-        """Whether a branch of such orbits may end here."""
-        return (self.orbits.kind, self.orbits.period) == (orbits.kind, orbits.period)
-
-    def in_terms_of(self, orbits: Orbits) -> Array:
-        """Return the first point in the scales of another branch."""
-        return orbits.adopt(self.orbits, self.start.z)
+def same_orbit(orbits: Orbits, z: Array, point: OrbitPoint) -> bool:
+    """Whether an orbit is that of a point of a branch, whatever its phase."""
+    return orbits.distance(orbits.adopt(point.curve, point.z), z) < SAME_ORBIT
 
 
 def has_image(orbits: Orbits) -> bool:
@@ -235,19 +224,20 @@ def _odd(orbits: Orbits, z: Array) -> Array:
 
 def close_on_parent(
     orbits: Orbits,
-    children: Sequence[EmanatingBranch],
+    children: Sequence[OrbitPoint],
     first: OrbitPoint,
     last: OrbitPoint,
     meeting: Array,
 ) -> Stop[OrbitPoint]:
     """Return the end of a branch that meets its copy: where another is known to begin, if any.
 
-    One branch alone leaves such a point, so that it cannot come back to where it began.
+    `children` are the first points of those. One branch alone leaves such a point, so that it
+    cannot come back to where it began.
     """
     child = _matching(orbits, meeting, children)
-    value = orbits.value(meeting if child is None else child.in_terms_of(orbits))
+    value = orbits.value(meeting if child is None else orbits.adopt(child.curve, child.z))
     where = _place_of_meeting(orbits, meeting)
-    if child is not None and child.start is first:
+    if child is first:
         reason = (
             f"no orbit was found away from {where} at {orbits.vary} = {value:.9g}, where the "
             "branch begins: errors of its orbits are as large as the steps that lead to others"
@@ -269,25 +259,22 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 
-def _matching(
-    orbits: Orbits, meeting: Array, children: Sequence[EmanatingBranch]
-) -> EmanatingBranch | None:
+def _matching(orbits: Orbits, meeting: Array, children: Sequence[OrbitPoint]) -> OrbitPoint | None:
     """Return the bifurcation whose orbit is the one where the branch met its copy."""
 
-    def distance(child: EmanatingBranch) -> float:
-        return orbits.distance(child.in_terms_of(orbits), meeting)
+    def distance(child: OrbitPoint) -> float:
+        return orbits.distance(orbits.adopt(child.curve, child.z), meeting)
 
-    alike = [child for child in children if child.fits(orbits)]
+    alike = [child for child in children if child.curve.is_like(orbits)]
     nearest = min(alike, key=distance, default=None)
     return nearest if nearest is not None and distance(nearest) < CLOSING.near_origin else None
 
 
-def _child_point(orbits: Orbits, last: OrbitPoint, child: EmanatingBranch) -> OrbitPoint:
+def _child_point(orbits: Orbits, last: OrbitPoint, child: OrbitPoint) -> OrbitPoint:
     """Return the bifurcation that a branch closed on as its last point."""
-    start = child.start
-    z = orbits.in_phase(child.in_terms_of(orbits), last.z)
+    z = orbits.in_phase(orbits.adopt(child.curve, child.z), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))
-    return orbits.derived_point(z, last.tangent, place, start.monodromy, start.residual)
+    return orbits.derived_point(z, last.tangent, place, child.monodromy, child.residual)
 
 
 class Returns:

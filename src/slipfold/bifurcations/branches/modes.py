@@ -98,11 +98,10 @@ def trace_mode(
     paced = there.replace(duration=unit_of_time(evaluation_of(there).jacobian(there, mode.rest)))
     orbits = Equilibria(paced, {XI.name: span[1] - span[0]})
     z = orbits.pack(mode.rest[None], mode.xi)
-    first = hopf_cycle(orbits, z, partial(method_for, settings), frequency=mode.frequency)
-    residual = orbits.residual(orbits.defect(z))
-    start = first.orbits.derived_point(first.z, first.tangent, 0.0, first.monodromy, residual)
+    residual, method = orbits.residual(orbits.defect(z)), partial(method_for, settings)
+    start = hopf_cycle(orbits, z, residual, method, frequency=mode.frequency)
     tree = _Modes(model.parameter(XI.name), span, settings, (event,), observer, False)
-    tree.explore(Start(first.orbits, (start,), departs=True))
+    tree.explore(Start(start.curve, (start,), departs=True))
     reason = f"leaves rest where xi = {mode.xi:.9g} balances the damping of a linear mode"
     reports = tree.report_described, tree.report_orbits
     return assemble(tree.curves, tree.leads, End("bifurcation", reason, (mode.xi,)), *reports)

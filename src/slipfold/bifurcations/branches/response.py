@@ -142,8 +142,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             Unresolved(orbits, partial(nears_homoclinic, orbits)),
         ]
         if has_image(orbits):
-            junctions = (item for item in self._junctions if not _crosses(item))
-            children = [item.child for item in junctions if item.child]
+            children = [item.points[0] for item in self._junctions if not _crosses(item)]
             monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children, first)))
         if not departs:  # a branch that starts at a branch point closes there
             monitors.append(Returns(orbits, CLOSED))
@@ -158,7 +157,7 @@ class BranchTree(CurveSet[OrbitPoint]):
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the new junctions of a branch; one that was met before links two branches."""
         for item in self._junctions:
-            if any(item.child is reached for reached in followed.traced.reached):
+            if any(item.points[0] is reached for reached in followed.traced.reached):
                 self.lead(item.found, followed.number)
         known = sum(
             found.type == "PD"

@@ -10,7 +10,7 @@ import numpy as np
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
-from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, EmanatingBranch
+from slipfold.bifurcations.branches.closed_branches import same_orbit
 from slipfold.bifurcations.branches.homoclinic import snakes_about
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import method_for
@@ -19,7 +19,7 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
+from slipfold.orbits.critical import doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import ALIKE, angles_on_circle, match_multipliers
@@ -29,8 +29,6 @@ from slipfold.orbits.test_functions import ALIKE, angles_on_circle, match_multip
 class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins."""
 
-    orbits: Orbits | None = None  # equations of the branch on which it lies
-    child: EmanatingBranch | None = None  # the branch that begins there
     several: bool = False  # whether other branches begin there as well, as by a symmetry
 
 
@@ -64,15 +62,15 @@ def junctions_on(
                 children = emanating_branches(orbits, found, settings, largest)
         except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
             continue
-        for child in children:
-            start, curve = child.start, child.orbits
+        for start in children:
+            curve = start.curve
             # At a branch point the other branch continues in both directions.
             several = isinstance(found, SeveralCritical) or len(children) > 1
             crosses = found.type == "BP" and not several
             both = (start, curve.turned(start)) if crosses else (start,)
             rank = (int(curve.kind != "equilibrium"), curve.period)
             common = curve, both, rank, True, followed.number, found
-            junctions.append(Junction(*common, orbits=orbits, child=child, several=several))
+            junctions.append(Junction(*common, several=several))
     if about and traced.end is not None:
         reason = (
             f"{traced.end.reason}; what begins within {BIFURCATION.tail:g} of the span of where it "
@@ -92,33 +90,33 @@ def junctions_on(
 
 def emanating_branches(
     orbits: Orbits, found: Found, settings: Settings, largest: float
-) -> list[EmanatingBranch]:
-    """Return the branches that begin at a special point, if their period is not too long.
+) -> list[OrbitPoint]:
+    """Return the first points of branches that begin at a special point.
 
-    At a Hopf point several pairs of eigenvalues may be critical: one of each frequency is followed.
+    None of too long a period. At a Hopf point several pairs of eigenvalues may be critical: cycles
+    of each frequency are followed.
     """
     if found.type == "BP" and found.other is not None:
         tests = {**found.point.tests, "LP": float(found.other[-1])}
-        other = replace(found.point, tangent=found.other, arclength=0.0, tests=tests)
-        return [EmanatingBranch(orbits, other)]
+        return [replace(found.point, tangent=found.other, arclength=0.0, tests=tests)]
+    z, residual = found.point.z, found.point.residual
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
         angles = np.sort(angles_on_circle(found.point.multipliers))
         apart = angles[np.diff(angles, prepend=-1.0) > ALIKE]  # of equals one is followed
-        several = (apart / orbits.unit(found.point.z)).tolist() if len(apart) > 1 else [None]
-        first = [hopf_cycle(orbits, found.point.z, method, frequency=each) for each in several]
-        first.sort(key=lambda each: each.orbits.duration(each.z) or 0.0)
-        return [_child(each, found.point) for each in first]
+        several = (apart / orbits.unit(z)).tolist() if len(apart) > 1 else [None]
+        first = [hopf_cycle(orbits, z, residual, method, frequency=each) for each in several]
+        return sorted(first, key=lambda each: each.curve.duration(each.z))
     if found.type == "PD" and 2 * orbits.period <= largest:
-        return [_child(doubled_orbit(orbits, found.point.z), found.point)]
+        return [doubled_orbit(orbits, z, residual)]
     return []
 
 
 def branches_around(
     orbits: Orbits, found: SeveralCritical, largest: float
-) -> tuple[list[EmanatingBranch], int]:
-    """Return the branches that leave a point where several multipliers are critical at once.
+) -> tuple[list[OrbitPoint], int]:
+    """Return the first points of branches that leave one where several multipliers are critical.
 
     There the Jacobian has a kernel of more dimensions than two: the tangent of the branch that is
     known, and a space. Branches cross a small sphere in it in isolated points, which Newton's
@@ -131,9 +129,9 @@ def branches_around(
             return [], 0
         # Along the parent an orbit does the same twice.
         moved = point.z + BIFURCATION.differenced * point.tangent
-        first, beside = (_child(doubled_orbit(orbits, z), point) for z in (point.z, moved))
-        along = (beside.start.z - first.start.z) / BIFURCATION.differenced
-        orbits, point = first.orbits, replace(first.start, tangent=along)
+        first, beside = (doubled_orbit(orbits, z, point.residual) for z in (point.z, moved))
+        along = (beside.z - first.z) / BIFURCATION.differenced
+        orbits, point = first.curve, replace(first, tangent=along)
     right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-1 - found.count :]
     along = right @ point.tangent
     space = np.linalg.svd(along[None])[2][1:] @ right
@@ -152,7 +150,7 @@ def branches_around(
         tangent = (item.z - point.z) / np.linalg.norm(item.z - point.z)
         tests = {**point.tests, "LP": float(tangent[-1])}
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
-        children.append(EmanatingBranch(orbits, start))
+        children.append(start)
     return children, len(points) - len(distinct)
 
 
@@ -229,12 +227,6 @@ def _are_images(first: dict[float, Complex], second: dict[float, Complex]) -> bo
     return bool(max(apart, default=np.inf) < BIFURCATION.alike)
 
 
-def _child(first: Emanating, point: OrbitPoint) -> EmanatingBranch:
-    curve = first.orbits
-    start = curve.derived_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
-    return EmanatingBranch(curve, start)
-
-
 def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | None:
     """Return the same branch point as it was found on a known branch, if it was."""
     return next((other for other in known if _are_one(junction, other)), None)
@@ -246,14 +238,10 @@ def _are_one(junction: Junction, other: Junction) -> bool:
         return False
     if (junction.found.type, other.found.type) != ("BP", "BP"):
         return False
-    orbits, their = junction.orbits, other.orbits
-    if (
-        orbits is None
-        or their is None
-        or not EmanatingBranch(orbits, junction.found.point).fits(their)
-    ):
+    point, known = junction.found.point, other.found.point
+    orbits, their = point.curve, known.curve
+    if not orbits.is_like(their):
         return False
-    z, other_z = junction.found.point.z, other.found.point.z
-    if abs(orbits.value(z) - their.value(other_z)) >= BIFURCATION.same_value * orbits.width:
+    if abs(orbits.value(point.z) - their.value(known.z)) >= BIFURCATION.same_value * orbits.width:
         return False
-    return orbits.distance(orbits.adopt(their, other_z), z) < SAME_ORBIT
+    return same_orbit(orbits, point.z, known)

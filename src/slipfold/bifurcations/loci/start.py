@@ -35,7 +35,6 @@ from slipfold.orbits.bifurcation_types import (
 from slipfold.orbits.check import rests
 from slipfold.orbits.continued import fitted, on_mesh
 from slipfold.orbits.critical import (
-    Emanating,
     critical_direction,
     crossing_gap,
     doubled_orbit,
@@ -50,7 +49,6 @@ from slipfold.orbits.normal_forms.maps import FieldMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
-from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
 
@@ -206,13 +204,13 @@ def starts_at(
         on_locus = found.type == "R2" and condition == "NS"
         if kind not in types or on_locus or (kind == "BP" and not crossed):
             continue
-        first = _emanating(orbits, point.z, pair)
+        first = _emanating(point, pair)
         if found.type == "ZH" and crossed and kind == "NS":
             mixed = _mixed(orbits, point.z, first)
             if mixed is None:
                 continue
             first = mixed
-        yield from _emanating_from(first, kind, point, settings)
+        yield from _emanating_from(first, kind, settings)
 
 
 def _type_of(found: Found) -> CodimensionTwoType:
@@ -220,13 +218,14 @@ def _type_of(found: Found) -> CodimensionTwoType:
     return CODIMENSION_TWO.get(found.type, CodimensionTwoType("extremum", ()))
 
 
-def _emanating(orbits: Orbits, z: Array, pair: int) -> Emanating:
+def _emanating(point: OrbitPoint, pair: int) -> OrbitPoint:
+    orbits = point.curve.orbits
     if isinstance(orbits, Equilibria):
-        return hopf_cycle(orbits, z, pair=pair)
-    return doubled_orbit(orbits, z)
+        return hopf_cycle(orbits, point.z, point.residual, pair=pair)
+    return doubled_orbit(orbits, point.z, point.residual)
 
 
-def _mixed(orbits: Orbits, z: Array, cycle: Emanating) -> Emanating | None:
+def _mixed(orbits: Orbits, z: Array, cycle: OrbitPoint) -> OrbitPoint | None:
     """Return cycles off the symmetric states at a zero-Hopf point that are critical for tori.
 
     Of x' = x (m + p11 x^2 + p12 r^2) and r' = r (b + p21 x^2 + p22 r^2), equilibria with x and r
@@ -241,27 +240,25 @@ def _mixed(orbits: Orbits, z: Array, cycle: Emanating) -> Emanating | None:
         return None
     still = eigenvectors(field.jacobian, 0.0)[0].real
     still *= np.sign(still[np.abs(still).argmax()])  # of two images always the same one
-    count, moved = cycle.orbits.segments, cycle.tangent.copy()
+    count, moved = cycle.curve.segments, cycle.tangent.copy()
     # The cycle's nodes are Re(q exp(i t)), of length sqrt(count / 2), and its r is a half.
-    moved[: cycle.orbits.size] += np.tile(
+    moved[: cycle.curve.size] += np.tile(
         still * np.sqrt(-cubic["p22"] / cubic["p11"] / (2 * count)), count
     )
     return replace(cycle, tangent=moved / np.linalg.norm(moved))
 
 
-def _emanating_from(
-    first: Emanating, condition: str, parent: OrbitPoint, settings: Settings
-) -> Iterator[LocusStart]:
+def _emanating_from(first: OrbitPoint, condition: str, settings: Settings) -> Iterator[LocusStart]:
     """Return the locus of orbits that emanate at a point, unless it leads to their parents."""
-    curve = LocusEquations(first.orbits, condition)
-    start = _leaving(curve, first.z, first.tangent, first.monodromy, parent.residual)
+    curve = LocusEquations(first.curve, condition)
+    start = _leaving(curve, first)
     if start is None:
         return
     for step in FIRST_STEPS:
         after = first_point(curve, start, step, settings)
         if isinstance(after, Failure):
             continue
-        if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * STEP.emanating:
+        if np.linalg.norm(asymmetry(first.curve, after.z)) < 0.5 * STEP.emanating:
             continue
         if step < FIRST_STEPS[-1] and not _is_resolved(start, after):
             continue
@@ -296,7 +293,7 @@ def _leaving_along(
     """
     tangent = np.append(critical_direction(orbits, point.z), np.zeros(2))
     curve = LocusEquations(orbits, condition)
-    start = _leaving(curve, point.z, tangent, point.monodromy, point.residual)
+    start = _leaving(curve, replace(point, tangent=tangent))
     if start is None:
         return
     after = first_point(curve, start, STEP.emanating, settings)
@@ -308,29 +305,15 @@ def _leaving_along(
         yield LocusStart(curve, (start,), departs=True, crosses=crosses, beside=images)
 
 
-def _leaving(
-    curve: LocusEquations, z: Array, tangent: Array, monodromy: Array, residual: float
-) -> OrbitPoint | None:
+def _leaving(curve: LocusEquations, at: OrbitPoint) -> OrbitPoint | None:
     """Return the first point of a locus that leaves another one, where its equations are singular.
 
-    None if its orbit cannot be integrated. Shapes: monodromy (n, n).
+    None if its orbit cannot be integrated.
     """
-    linearization = curve.orbits.linearize(z)
-    if not np.isfinite(linearization.blocks).all():
+    part = curve.orbits.linearize(at.z)
+    if not np.isfinite(part.blocks).all():
         return None
-    multipliers = floquet_multipliers(monodromy)
-    return OrbitPoint(
-        z,
-        tangent,
-        0.0,
-        curve.tests(z, linearization, multipliers, tangent),
-        0,
-        residual,
-        piece=curve.orbits.piece(z),
-        curve=curve,
-        monodromy=monodromy,
-        multipliers=multipliers,
-    )
+    return curve.derived_point(at.z, at.tangent, 0.0, at.monodromy, at.residual, part)
 
 
 # -- where they end ---------------------------------------------------------------------------
@@ -470,15 +453,13 @@ def _nearest(
 
 def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoint] | None:
     """Return the end of a locus at a point of its parents, with the orbit that both share."""
-    orbits, parents = curve.orbits, found.point.curve.orbits
+    orbits = curve.orbits
     pairs = {pair for kind, pair in _type_of(found).emanating if kind == curve.condition}
-    firsts = [_emanating(parents, found.point.z, pair) for pair in sorted(pairs)]
-    adopted = [orbits.in_phase(orbits.adopt(item.orbits, item.z), last.z) for item in firsts]
+    firsts = [_emanating(found.point, pair) for pair in sorted(pairs)]
+    adopted = [orbits.in_phase(orbits.adopt(item.curve, item.z), last.z) for item in firsts]
     gaps = [float(np.linalg.norm(z - last.z)) for z in adopted]
     nearest = int(np.argmin(gaps))
-    point = _leaving(
-        curve, adopted[nearest], last.tangent, firsts[nearest].monodromy, found.point.residual
-    )
+    point = _leaving(curve, replace(firsts[nearest], z=adopted[nearest], tangent=last.tangent))
     if point is None or not gaps[nearest] < RULES.parent * RULES.near_parent:
         return None
     beyond = replace(point, arclength=last.arclength + gaps[nearest])
