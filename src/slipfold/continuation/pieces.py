@@ -64,7 +64,6 @@ class PieceBoundary(Generic[P]):
 
     before: P
     after: P
-    met: P  # where the pieces meet, as far as it is known: next to the point before, or beyond it
 
     @property
     def apart(self) -> float:
@@ -139,7 +138,7 @@ def _bisected(
             low, a = s, middle
         else:
             high, b = s, middle
-    return PieceBoundary(a, b, a)
+    return PieceBoundary(a, b)
 
 
 class _ChordAhead(Projection[P]):

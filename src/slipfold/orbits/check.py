@@ -24,7 +24,7 @@ from slipfold.orbits.multipliers import (
     multiplier_difference,
     product_eigenvalues,
 )
-from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
 
@@ -290,7 +290,7 @@ def _halved(by: Discretization) -> Collocation:
     return by.on(np.sort(np.concatenate([by.edges, middles])))
 
 
-class _Unfolded:
+class _Unfolded(OrbitCurve):
     r"""The equations of an orbit at a fold or branch point, made regular.
 
     The equations F(u) = 0 become :math:`F(u) + \beta \psi = 0` and
@@ -299,8 +299,7 @@ class _Unfolded:
     """
 
     def __init__(self, orbits: Orbits, z: Array) -> None:
-        self._orbits, self._value = orbits, z[-1]
-        self.chords, self.undefined = orbits.chords, orbits.undefined
+        self.orbits, self._value = orbits, z[-1]
         part = orbits.linearize(z)
         self._column = np.cos(np.arange(orbits.size))  # any vector, but not one with a symmetry
         self.row = np.append(np.cos(np.arange(len(z) - 1)), 0.0)
@@ -319,23 +318,25 @@ class _Unfolded:
 
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero."""
-        defect = self._orbits.defect(np.append(z[:-1], self._value))
+        defect = self.orbits.defect(np.append(z[:-1], self._value))
         defect[: len(self._column)] += z[-1] * self._column
         return defect
 
     def linearize(self, z: Array) -> Linearization:
         """Return the same with its derivatives."""
-        part = self._with_column(self._orbits.linearize(np.append(z[:-1], self._value)))
+        part = self._with_column(self.orbits.linearize(np.append(z[:-1], self._value)))
         added = z[-1] * np.sqrt(len(part.residual)) * self._column
         return replace(part, residual=part.residual + added.reshape(part.residual.shape))
 
-    def residual(self, defect: Array) -> float:
-        """Return the largest mismatch, in scaled states."""
-        return self._orbits.residual(defect)
+    def tests(
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
+    ) -> dict[str, float]:
+        """Return no functions: it is solved at one place."""
+        return {}
 
     def excess(self, z: Array) -> float:
         """Return the largest change of an equation, in scaled states."""
-        return float(np.abs(z[-1] * self._column).max() * np.sqrt(self._orbits.segments))
+        return float(np.abs(z[-1] * self._column).max() * np.sqrt(self.orbits.segments))
 
 
 def _equilibrium(model: Model, nodes: Array, period: int, singular: bool) -> CollocatedOrbit:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -292,12 +292,21 @@ class _Search:
                 f"{correction.failure}; "
                 + (self.model.advice or "give a state nearer to it, e.g. the end of a simulation")
             )
-        z = correction.z
-        # Newton's last derivatives were taken near the orbit: these are its own.
-        multipliers = orbits.spectrum.whole(floquet_multipliers(orbits.linearize(z).monodromy))
-        made = PeriodicOrbit if orbits.by.smooth else StickSlipOrbit
-        model = self.model if orbits.model.forced and orbits.by.smooth else orbits.model_at(z)
-        return made(model, orbits.period, orbits.evenly(z), multipliers, correction.residual)
+        orbit = as_orbit(orbits, correction)
+        return replace(orbit, model=self.model) if self.model.forced and orbits.by.smooth else orbit
+
+
+def as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
+    """Return a converged correction as an orbit."""
+    # Newton's last derivatives were taken near the orbit: these are its own.
+    multipliers = floquet_multipliers(orbits.linearize(found.z).monodromy)
+    return (PeriodicOrbit if orbits.by.smooth else StickSlipOrbit)(
+        orbits.model_at(found.z),
+        orbits.period,
+        orbits.evenly(found.z),
+        orbits.spectrum.whole(multipliers),
+        found.residual,
+    )
 
 
 def _revolutions(cycle: PeriodicOrbit) -> int:

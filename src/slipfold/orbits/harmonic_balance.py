@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from slipfold.orbits.check import is_singular
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable
+
+if TYPE_CHECKING:
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 
 @dataclass(frozen=True)
@@ -136,18 +139,7 @@ class HarmonicBalance(OneLine, ReadOnly):
         )
 
 
-class GivenOrbit(NamedTuple):
-    """The orbit with which a series is compared."""
-
-    model: Model
-    period: int
-    nodes: Array  # (m, n)
-    multipliers: Complex  # (n,)
-    duration: float  # of the whole orbit in seconds
-    samples: Array  # states at equidistant times of the whole orbit, for the first guess
-
-
-def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalance:
+def balance(orbit: PeriodicOrbit, tolerance: float, largest: int) -> HarmonicBalance:
     """Find the periodic orbit near another by harmonic balance, and its multipliers.
 
     Newton's method starts from the orbit's Fourier coefficients. Harmonics are added until half as
@@ -155,7 +147,8 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
     """
     model, period = orbit.model, orbit.period
     scales = model.state_scales()
-    guess = np.fft.rfft(orbit.samples / scales, axis=0) / len(orbit.samples)
+    samples = orbit.sample(BALANCE.guess * period)[1]
+    guess = np.fft.rfft(samples / scales, axis=0) / len(samples)
     tails = np.cumsum(2 * np.abs(guess).max(axis=1)[::-1])[::-1]  # of a harmonic and all above it
     forces = _Equations(model, period, guess[: 2 * BALANCE.fewest], orbit.duration).inputs.shape[1]
     most = min(int((largest / max(forces, 1) - 1) / 2), len(guess) - 1)

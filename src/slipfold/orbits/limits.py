@@ -74,8 +74,8 @@ def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
         far = far_above(bounds, np.ptp(values, axis=0))
         if (values.min(axis=0) - fall >= far).all():
             return np.asarray(values.min(axis=0) - bounds), far - bounds
-    found = _each(flow, constants, limits, orbits.evenly(z)[None], orbits.period)
-    return found[0][0], found[1][0]
+    margins, rooms = many_rooms(flow, constants, limits, orbits.evenly(z)[None], orbits.period)
+    return margins[0], rooms[0]
 
 
 def margins_at(point: OrbitPoint) -> Array:
@@ -86,20 +86,13 @@ def margins_at(point: OrbitPoint) -> Array:
     return np.asarray(known["margins"])
 
 
-def many_margins(
-    flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
-) -> Array:
-    """Return the same of many orbits of a period in slip, from states at equidistant phases.
-
-    Shapes: constants of one or of k orbits; nodes (k, m, n); returns (k, n_limits).
-    """
-    return _each(flow, constants, limits, nodes, period)[0]
-
-
-def _each(
+def many_rooms(
     flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
 ) -> tuple[Array, Array]:
-    """Return margins, and margins that are far from the limits, each of shape (k, n_limits)."""
+    """Return the same of many orbits of a period in slip, from states at equidistant phases.
+
+    Shapes: constants of one or of k orbits; nodes (k, m, n); returns (k, n_limits) each.
+    """
     count, segments, n = nodes.shape
     columns, bounds = _watched(flow, limits)
     grid = _grid(segments, period)

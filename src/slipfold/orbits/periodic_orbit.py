@@ -359,17 +359,14 @@ class PeriodicOrbit(Measured, OneLine):
         >>> sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05)).harmonic_balance().passed
         True
         """
-        from slipfold.orbits.harmonic_balance import BALANCE, GivenOrbit, balance
+        from slipfold.orbits.harmonic_balance import balance
 
-        model, period = self.model, self.period
         if any(self.revolutions.values()):
             raise InputError(
-                f"an angle of {model.name} revolves on this orbit, so it is no Fourier series; "
-                "use check(), which computes it by collocation"
+                f"an angle of {self.model.name} revolves on this orbit, so it is no Fourier "
+                "series; use check(), which computes it by collocation"
             )
-        samples = self.sample(BALANCE.guess * period)[1]
-        given = GivenOrbit(model, period, self.nodes, self.multipliers, self.duration, samples)
-        return balance(given, tolerance, largest)
+        return balance(self, tolerance, largest)
 
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:

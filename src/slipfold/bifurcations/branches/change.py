@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.switching_boundaries import beyond_boundary
-from slipfold.continuation.end import End
-from slipfold.continuation.traced_curve import Found, TracedCurve
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import by_collocation, by_mesh_shooting, through_stick
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
@@ -17,23 +16,15 @@ FARTHER = 1.02
 """Minimum ratio of branch lengths for collocation to count as having reached farther."""
 
 
-@dataclass(frozen=True)
-class _Before:
-    """The result of one discretization."""
-
-    end: End
-    points: list[OrbitPoint]
-    found: list[Found[OrbitPoint]]
-
-
 class Change:
     """Continues a branch where shooting ends: over a mesh, by collocation, or through stick."""
 
     def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
         self._through_stick = through_stick and settings.discretization == "automatic"
         self._automatic = settings.discretization == "automatic"
-        self._before: _Before | None = None
-        self._slipped: _Before | None = None
+        # What was followed by shooting, and in slip
+        self._before: TracedCurve[OrbitPoint] | None = None
+        self._slipped: TracedCurve[OrbitPoint] | None = None
 
     def otherwise(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
         """Return the curve with which an ended branch continues, and its first point; or None."""
@@ -44,7 +35,7 @@ class Change:
                 self._restore_slip(traced)
             return beyond
         if end is not None and end.kind == "limit" and self._through_stick:
-            self._slipped = _Before(end, list(traced.points), list(traced.found))
+            self._slipped = _copy(traced)
             before = traced.points[-2] if len(traced.points) > 1 else None
             return through_stick(last.curve, last, before)
         if end is None or end.kind not in ("failed", "unresolved"):
@@ -52,7 +43,7 @@ class Change:
         if not (self._automatic and isinstance(last.curve.orbits.by, Shooting)):
             self._restore(traced)
             return None
-        self._before = self._before or _Before(end, list(traced.points), list(traced.found))
+        self._before = self._before or _copy(traced)
         for method in (by_mesh_shooting, by_collocation):
             try:
                 found = method(last.curve, last)
@@ -65,20 +56,25 @@ class Change:
     def _restore_slip(self, traced: TracedCurve[OrbitPoint]) -> None:
         """Return to the limit of slip if no orbit that sticks was found beyond it."""
         before, end = self._slipped, traced.end
-        if before is None or end is None or end.kind != "failed":
+        if before is None or before.end is None or end is None or end.kind != "failed":
             return
         if len(traced.found) > len(before.found):
             return
         reason = f"{before.end.reason}; no orbit was found that continues into stick"
-        traced.end = End("limit", reason, before.end.values)
-        traced.points, traced.found = before.points, before.found
-        traced.curve = before.points[-1].curve
+        _return(traced, replace(before, end=replace(before.end, reason=reason)))
 
     def _restore(self, traced: TracedCurve[OrbitPoint]) -> None:
         """Return to the result of shooting if collocation reached no farther."""
         before = self._before
-        if before is None:
-            return
-        if traced.points[-1].arclength < FARTHER * before.points[-1].arclength:
-            traced.end, traced.points, traced.found = before.end, before.points, before.found
-            traced.curve = before.points[-1].curve
+        if before and traced.points[-1].arclength < FARTHER * before.points[-1].arclength:
+            _return(traced, before)
+
+
+def _copy(traced: TracedCurve[OrbitPoint]) -> TracedCurve[OrbitPoint]:
+    return replace(traced, points=list(traced.points), found=list(traced.found))
+
+
+def _return(traced: TracedCurve[OrbitPoint], before: TracedCurve[OrbitPoint]) -> None:
+    """Return to what was followed before."""
+    traced.end, traced.points, traced.found = before.end, before.points, before.found
+    traced.curve = before.points[-1].curve

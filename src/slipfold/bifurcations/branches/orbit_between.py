@@ -8,15 +8,15 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
-from slipfold.orbits.continued import fitted
+from slipfold.orbits.continued import fitted, hold_parameter
+from slipfold.orbits.find import as_orbit
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.switched_shooting import SwitchedShooting
-from slipfold.orbits.test_functions import floquet_multipliers
 
 AT_ORBIT = 1e-6
 """Distance from a known orbit, over the length of the branch, at which that orbit is returned."""
@@ -66,7 +66,7 @@ def _corrected(
             f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
             "choose an arclength nearer to a point"
         )
-    return _as_orbit(orbits, found)
+    return as_orbit(orbits, found)
 
 
 def _with_value(
@@ -77,10 +77,8 @@ def _with_value(
         return orbit
     orbits, (guess,) = _orbits(branch, orbit)
     guess[-1] = value / orbits.width
-    row = np.zeros(len(guess))
-    row[-1] = 1.0
-    found = correct(orbits, guess, row)
-    return _as_orbit(orbits, found) if found.converged and found.distance < reach else orbit
+    found = correct(orbits, guess, hold_parameter(len(guess) - 1))
+    return as_orbit(orbits, found) if found.converged and found.distance < reach else orbit
 
 
 def _orbits(branch: Branch, *known: PeriodicOrbit) -> tuple[Orbits, list[Array]]:
@@ -111,14 +109,3 @@ def _switched(orbits: Orbits, known: Sequence[PeriodicOrbit]) -> tuple[Orbits, l
     return orbits, [
         orbits.unknown(node, orbit.model) for node, orbit in zip(nodes, known, strict=True)
     ]
-
-
-def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
-    multipliers = floquet_multipliers(orbits.linearize(found.z).monodromy)
-    return (PeriodicOrbit if orbits.by.smooth else StickSlipOrbit)(
-        orbits.model_at(found.z),
-        orbits.period,
-        orbits.evenly(found.z),
-        orbits.spectrum.whole(multipliers),
-        found.residual,
-    )

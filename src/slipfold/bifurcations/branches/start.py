@@ -241,9 +241,7 @@ def _from_orbit(
         nodes, by = nodes[:1], SwitchedShooting
     orbits = orbits_of(orbit.model, {vary: width}, orbit.period, len(nodes), by=by)
     guess = orbits.unknown(nodes, orbit.model.replace(**{vary: first}))
-    row = np.zeros(len(guess))
-    row[-1] = np.sign(last - first)
-    correction = correct(orbits, guess, row)
+    correction = correct(orbits, guess, hold_parameter(len(guess) - 1) * np.sign(last - first))
     if not correction.converged:
         raise InputError(
             f"the given orbit could not be corrected at {vary} = {first:g}: {correction.failure}; "

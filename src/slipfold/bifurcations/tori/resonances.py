@@ -18,6 +18,7 @@ from slipfold.bifurcations.tori.circles import (
     tail,
     turned,
 )
+from slipfold.continuation.interpolation import lagrange
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS
@@ -148,7 +149,8 @@ def _at(known: list[CirclePoint], rotation: float, side: float) -> CirclePoint |
     for point in known:
         states = resampled(point.curve.states(point.z), circles.count)
         unknowns.append(circles.join(states, point.z[point.curve.size :]))
-    guess = _extrapolated(np.array(unknowns), rotation)
+    others = np.array(unknowns)
+    guess = lagrange(others[:, -2], rotation) @ others
     row = np.zeros(len(guess))
     row[-2] = side
     try:
@@ -158,13 +160,3 @@ def _at(known: list[CirclePoint], rotation: float, side: float) -> CirclePoint |
     if not correction.converged or tail(circles.states(correction.z)) > 1e3 * TORUS.tail:
         return None
     return circles.point(correction, 0.0)
-
-
-def _extrapolated(known: Array, rotation: float) -> Array:
-    """Return the unknown that others let expect at a rotation number. Shapes: known (k, z)."""
-    places = known[:, -2]
-    weights = [
-        np.prod([(rotation - other) / (place - other) for other in places if other != place])
-        for place in places
-    ]
-    return np.asarray(weights @ known)
