@@ -203,16 +203,15 @@ def test_a_start_where_a_rate_is_infinite_is_left_without_a_warning():
 
 
 def test_multipliers_whose_products_overflow_end_a_branch():
-    from slipfold.bifurcations.branches.stops import Unresolved
+    from slipfold.bifurcations.branches.stops import stop_unresolved
 
     orbits = SimpleNamespace(place=lambda z: (0.5,), by=SimpleNamespace(growing=True))
-    watched = Unresolved(SimpleNamespace(orbits=orbits, place=orbits.place))
+    curve = SimpleNamespace(orbits=orbits, place=orbits.place)
     for largest, second, stops in [(1e204, 1, False), (1e149, 1e149, False), (1e151, 1e151, True)]:
         point = SimpleNamespace(multipliers=np.array([largest, second]), z=np.zeros(1))
-        interval = SimpleNamespace(
-            before=point, point=point, traced=SimpleNamespace(points=[point])
-        )
-        assert (watched.watch(interval).stop is not None) == stops
+        traced = SimpleNamespace(curve=curve, points=[point])
+        interval = SimpleNamespace(before=point, point=point, traced=traced)
+        assert (stop_unresolved(interval).stop is not None) == stops
 
 
 def test_a_breakdown_at_a_change_of_contacts_leaves_its_distance_unknown(monkeypatch):

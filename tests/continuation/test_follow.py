@@ -98,7 +98,7 @@ class Reaches:
     def __init__(self, curve, value):
         self.curve, self.value = curve, value
 
-    def watch(self, interval):
+    def __call__(self, interval):
         def gap(point):
             return point.z[0] - self.value
 
@@ -161,15 +161,14 @@ def test_both_directions_are_one_curve():
 def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
     curve, lost = cubic(1.0), []
 
-    class Loses:
-        def watch(self, interval):
-            length = interval.point.arclength - interval.before.arclength
-            if length > 0.05:
-                lost.append(length)
-                raise LostCurveError("not found")
-            return MonitorResult()
+    def loses(interval):
+        length = interval.point.arclength - interval.before.arclength
+        if length > 0.05:
+            lost.append(length)
+            raise LostCurveError("not found")
+        return MonitorResult()
 
-    trail = followed(curve, [Loses()])
+    trail = followed(curve, [loses])
     assert lost
     assert trail.end.kind == "window"
     assert np.diff([point.arclength for point in trail.points]).max() <= 0.05
@@ -222,11 +221,9 @@ def test_a_step_goes_only_once_beyond_an_end_in_sight():
     assert curve.beyond == 1 < blind.beyond
 
 
-class Sees:
+def sees(interval):
     """Watches, and finds nothing."""
-
-    def watch(self, stretch):
-        return MonitorResult()
+    return MonitorResult()
 
 
 def bounded(curve, monitors, largest=1.0):
@@ -268,7 +265,7 @@ def test_a_point_before_a_turn_is_not_what_turns_there():
 def test_a_fold_that_is_not_listed_is_a_contradiction(halves):
     turns = sorted(half / 2 for half in halves)
     curve = Directed(polynomial_with(turns))
-    trail = bounded(curve, [Sees()], 0.05)
+    trail = bounded(curve, [sees], 0.05)
     assert (trail.end.kind, trail.end.early) == ("contradiction", True)
     first = unexplained_reversal(trail)
     assert first.z[0] == pytest.approx(turns[0], abs=0.1)
@@ -281,7 +278,7 @@ def test_a_fold_that_is_not_listed_is_a_contradiction(halves):
 
 def test_what_only_rounding_changes_is_no_contradiction():
     curve = Directed([0.0])
-    trail = bounded(curve, [Sees()], 0.05)
+    trail = bounded(curve, [sees], 0.05)
     noise = np.random.default_rng(0).uniform(-4e-8, 4e-8, len(trail.points))
     for point, error in zip(trail.points, noise, strict=True):
         point.z[1] += error

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipfold import Settings, System, locus, response
-from slipfold.bifurcations.branches.stops import Standing
+from slipfold.bifurcations.branches.stops import stop_standing
 from slipfold.bifurcations.loci.locus_equations import LocusEquations
 from slipfold.bifurcations.loci.special_points import SpecialPoints
 from slipfold.continuation.newton import correct
@@ -73,7 +73,7 @@ def test_folds_end_at_a_degenerate_pitchfork_wherever_rounding_leads_beside_it()
     before = folds.point(correct(folds, at, np.array([-1.0, 0, 0])), 0.0)
     # The equations are met to all digits from there to all branch points next to it.
     lost = replace(before, z=orbits.pack(np.array([[4e-5]]), (0.0, -4e-9)), arclength=0.03)
-    result = SpecialPoints(folds).watch(StepInterval(TracedCurve(folds, [before]), lost, 4))
+    result = SpecialPoints(folds)(StepInterval(TracedCurve(folds, [before]), lost, 4))
     assert [item.type for item in result.found] == ["DP"]
     assert np.abs(result.stop.end.values).max() < 1e-9
 
@@ -115,9 +115,9 @@ def test_a_locus_stands_still_for_one_of_two_reasons(along, growth, kind, words)
         SimpleNamespace(z=np.array([1 + growth * i, 0.2, 0.3]), tangent=np.array([1, along, 0]))
         for i in range(10)
     ]
-    monitor = Standing(SimpleNamespace(orbits=orbits, place=lambda z: tuple(z[-2:])))
-    interval = SimpleNamespace(traced=SimpleNamespace(points=points[:-1]), point=points[-1])
-    stop = monitor.watch(interval).stop
+    curve = SimpleNamespace(orbits=orbits, place=lambda z: tuple(z[-2:]))
+    traced = SimpleNamespace(curve=curve, points=points[:-1])
+    stop = stop_standing(SimpleNamespace(traced=traced, point=points[-1])).stop
     assert (stop and stop.end.kind) == kind
     assert words in (stop.end.reason if stop else "")
 

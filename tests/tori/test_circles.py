@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from slipfold import Steps
 from slipfold.bifurcations.tori.circles import resampled, slopes, tail, turned, turning
-from slipfold.bifurcations.tori.follow import _Resolved, follow_tori, resonances_passed
+from slipfold.bifurcations.tori.follow import follow_tori, resolved, resonances_passed
 from slipfold.bifurcations.tori.start import first_circle
 from slipfold.bifurcations.tori.surface import growth_across, surface_of
 from slipfold.continuation.locate import LostCurveError
@@ -141,4 +141,4 @@ def test_a_step_from_a_circle_onto_the_orbit_is_not_taken():
     )
     before, point = (SimpleNamespace(curve=circles, z=size) for size in (1.0, 0.0))
     with pytest.raises(LostCurveError, match="shrinks to a periodic orbit within a step"):
-        _Resolved().watch(SimpleNamespace(before=before, point=point))
+        resolved(SimpleNamespace(before=before, point=point))

@@ -227,7 +227,7 @@ def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) ->
     for monitor in monitors:
         if interval.empty:
             break
-        result = monitor.watch(interval)
+        result = monitor(interval)
         found += result.found
         last = interval.point.arclength
         if result.stop and (stop is None or result.stop.point.arclength < last):

@@ -37,7 +37,7 @@ class Zeros(Generic[P]):
         """
         return self.curve.extrapolated(points, weights)
 
-    def watch(self, interval: StepInterval[P]) -> MonitorResult[P]:
+    def __call__(self, interval: StepInterval[P]) -> MonitorResult[P]:
         """Locate all zeros between two neighboring points."""
         found = self.search(interval.history, interval.before, interval.point)
         return self.seen(found, interval)

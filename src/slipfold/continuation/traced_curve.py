@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from slipfold.arrays import Array
 from slipfold.continuation.curve import P, Point
@@ -92,18 +92,13 @@ class StepInterval(Generic[P]):
 Q = TypeVar("Q", bound=Point)
 
 
-class Monitor(Protocol[Q]):
-    """Looks at each step of a curve.
+Monitor = Callable[[StepInterval[Q]], MonitorResult[Q]]
+"""Looks at each step of a curve, and returns what lies between two neighboring points.
 
-    Monitors run one after the other. Where one ends the curve, the others look at what is
-    left, so that the earliest reason wins, and what was found beyond it is forgotten.
-    """
-
-    def watch(self, interval: StepInterval[Q]) -> MonitorResult[Q]:
-        """Return what lies between two neighboring points.
-
-        An error of numbers that break down undoes the step: a shorter one is taken.
-        """
+Monitors run one after the other. Where one ends the curve, the others look at what is left, so that
+the earliest reason wins, and what was found beyond it is forgotten. An error of numbers that break
+down undoes the step: a shorter one is taken.
+"""
 
 
 def joined(backward: TracedCurve[P], forward: TracedCurve[P]) -> TracedCurve[P]:

@@ -108,7 +108,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             values[list(point.tests).index("LP")] = 0.0
         return values
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def __call__(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the bifurcations between two points; the first step of a branch has none."""
         if interval.leaves:
             return MonitorResult()

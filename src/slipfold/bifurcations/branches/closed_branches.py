@@ -112,92 +112,90 @@ def noise_beside_parent(point: OrbitPoint) -> tuple[float, float]:
     return noise, noise / max(amplitude, noise)
 
 
-class MeetsImage:
-    """Ends a curve where it meets its own copy, the same orbits started half a period later.
+def meets_image(
+    interval: StepInterval[OrbitPoint], stop: Callable[[OrbitPoint, Array], Stop[OrbitPoint]]
+) -> MonitorResult[OrbitPoint]:
+    """End a curve where it meets its own copy, the same orbits started half a period later.
 
     There the orbit is that of the parent's period doubling, or an equilibrium, and Newton's method
     is singular, so the last regular orbit lies a short step before it.
 
     `stop` says how it ends, of its last regular orbit and the unknown where it meets its copy.
     """
+    before, point = interval.before, interval.point
+    if interval.leaves or not _meets_its_image(interval.traced.curve.orbits, before, point):
+        return MonitorResult()
+    place, meeting = _meeting(interval)
+    last = _last(interval, place)
+    return MonitorResult(stop=stop(*_approached(interval, last, meeting)))
 
-    def __init__(
-        self, curve: OrbitCurve, stop: Callable[[OrbitPoint, Array], Stop[OrbitPoint]]
-    ) -> None:
-        self._curve = curve
-        self._stop = stop
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the last regular orbit before the curve meets its copy, if it does."""
-        before, point = interval.before, interval.point
-        if interval.leaves or not _meets_its_image(self._curve.orbits, before, point):
-            return MonitorResult()
-        place, meeting = self._meeting(interval)
-        last = self._last(interval, place)
-        return MonitorResult(stop=self._stop(*self._approached(interval, last, meeting)))
+def _meeting(interval: StepInterval[OrbitPoint]) -> tuple[float, Array]:
+    """Return where the halves of the interpolated orbit become the same."""
+    from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
 
-    def _meeting(self, interval: StepInterval[OrbitPoint]) -> tuple[float, Array]:
-        """Return where the halves of the interpolated orbit become the same."""
-        from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
+    orbits, before, point = interval.traced.curve.orbits, interval.before, interval.point
+    direction = asymmetry(orbits, before.z)
+    near = well_spaced(interval.history, before.arclength, point.arclength, POINTS)
+    place = point.arclength
+    if direction @ asymmetry(orbits, point.z) < 0:
+        place = brentq(
+            lambda arclength: direction @ asymmetry(orbits, hermite(near, arclength)[0]),
+            before.arclength,
+            point.arclength,
+            xtol=1e-6,
+        )
+    return place, hermite(near, place)[0]
 
-        orbits, before, point = self._curve.orbits, interval.before, interval.point
-        direction = asymmetry(orbits, before.z)
-        near = well_spaced(interval.history, before.arclength, point.arclength, POINTS)
-        place = point.arclength
-        if direction @ asymmetry(orbits, point.z) < 0:
-            place = brentq(
-                lambda arclength: direction @ asymmetry(orbits, hermite(near, arclength)[0]),
-                before.arclength,
-                point.arclength,
-                xtol=1e-6,
-            )
-        return place, hermite(near, place)[0]
 
-    def _last(self, interval: StepInterval[OrbitPoint], place: float) -> OrbitPoint:
-        orbits, before = self._curve.orbits, interval.before
-        direction = asymmetry(orbits, before.z)
-        direction /= np.linalg.norm(direction)
-        for back in (STEP.emanating, 4 * STEP.emanating, 16 * STEP.emanating):
-            if back < place - before.arclength:
-                last = point_at(self._curve, interval.history, place - back)
-                # Newton's method may fall onto the parent, where the halves do not differ, or onto
-                # the copy, of which beside a Hopf point any phase is near.
-                if direction @ asymmetry(orbits, last.z) > 0.3 * back:
-                    return last
-        return before
+def _last(interval: StepInterval[OrbitPoint], place: float) -> OrbitPoint:
+    curve, before = interval.traced.curve, interval.before
+    orbits = curve.orbits
+    direction = asymmetry(orbits, before.z)
+    direction /= np.linalg.norm(direction)
+    for back in (STEP.emanating, 4 * STEP.emanating, 16 * STEP.emanating):
+        if back < place - before.arclength:
+            last = point_at(curve, interval.history, place - back)
+            # Newton's method may fall onto the parent, where the halves do not differ, or onto
+            # the copy, of which beside a Hopf point any phase is near.
+            if direction @ asymmetry(orbits, last.z) > 0.3 * back:
+                return last
+    return before
 
-    def _approached(
-        self, interval: StepInterval[OrbitPoint], last: OrbitPoint, meeting: Array
-    ) -> tuple[OrbitPoint, Array]:
-        """Return an orbit so near to the meeting that nothing lies between, and where that is."""
-        known = [item for item in interval.history if item.arclength < last.arclength] + [last]
-        for _ in range(CLOSING.attempts):
-            if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < CLOSING.near_one:
-                break
-            nearer = self._nearer(known[-2], known[-1])
-            if nearer is None:
-                break
-            known.append(nearer)
-        if known[-1] is not last:
-            further = _extrapolated(self._curve.orbits, known[-2], known[-1], fraction=0.0)
-            meeting = meeting if further is None else further
-        return known[-1], meeting
 
-    def _nearer(self, before: OrbitPoint, last: OrbitPoint) -> OrbitPoint | None:
-        """Return an orbit whose halves differ a fourth as much as those of the last one.
+def _approached(
+    interval: StepInterval[OrbitPoint], last: OrbitPoint, meeting: Array
+) -> tuple[OrbitPoint, Array]:
+    """Return an orbit so near to the meeting that nothing lies between, and where that is."""
+    curve = interval.traced.curve
+    known = [item for item in interval.history if item.arclength < last.arclength] + [last]
+    for _ in range(CLOSING.attempts):
+        if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < CLOSING.near_one:
+            break
+        nearer = _nearer(curve, known[-2], known[-1])
+        if nearer is None:
+            break
+        known.append(nearer)
+    if known[-1] is not last:
+        further = _extrapolated(curve.orbits, known[-2], known[-1], fraction=0.0)
+        meeting = meeting if further is None else further
+    return known[-1], meeting
 
-        There this difference distinguishes orbits, and the parameter does not.
-        """
-        curve = self._curve
-        guess = _extrapolated(curve.orbits, before, last, fraction=1 / 4)
-        if guess is None:
-            return None
-        row = -_odd(curve.orbits, last.z)
-        correction = correct(curve, guess, row / np.linalg.norm(row))
-        if not correction.converged:
-            return None
-        away = float(np.linalg.norm(correction.z - last.z))
-        return curve.point(correction, last.arclength + away)
+
+def _nearer(curve: OrbitCurve, before: OrbitPoint, last: OrbitPoint) -> OrbitPoint | None:
+    """Return an orbit whose halves differ a fourth as much as those of the last one.
+
+    There this difference distinguishes orbits, and the parameter does not.
+    """
+    guess = _extrapolated(curve.orbits, before, last, fraction=1 / 4)
+    if guess is None:
+        return None
+    row = -_odd(curve.orbits, last.z)
+    correction = correct(curve, guess, row / np.linalg.norm(row))
+    if not correction.converged:
+        return None
+    away = float(np.linalg.norm(correction.z - last.z))
+    return curve.point(correction, last.arclength + away)
 
 
 def _extrapolated(
@@ -285,7 +283,7 @@ class Returns:
         self._reason = reason
         self._first: tuple[OrbitPoint | None, Array | None] = None, None
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def __call__(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the step passed the first point again, if it did."""
         before, point = interval.before, interval.point
         if len(interval.traced.points) < 4:

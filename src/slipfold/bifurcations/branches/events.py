@@ -148,13 +148,13 @@ class Events(_Watch):
 class ExtremaAlong(_Watch):
     """Records where what events without a value measure has an extremum, or ends the curve."""
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def __call__(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the extrema between two points.
 
         The first orbit of a branch may have several equal local extrema, or no amplitude: which of
         them becomes the largest is not defined there.
         """
-        return MonitorResult() if interval.leaves else super().watch(interval)
+        return MonitorResult() if interval.leaves else super().__call__(interval)
 
     def _type(self, event: Event, before: float) -> str:
         return "MAX" if before > 0 else "MIN"

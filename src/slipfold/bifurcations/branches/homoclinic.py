@@ -39,86 +39,84 @@ NEWTON = Rule(close=1e-6, iterations=20)
 """Newton's steps from the slowest state of a cycle to an equilibrium."""
 
 
-class Homoclinic:
-    """Ends a branch of cycles on its way to a homoclinic orbit.
+def stop_near_homoclinic(
+    interval: StepInterval[OrbitPoint], largest: float
+) -> MonitorResult[OrbitPoint]:
+    """End a branch of cycles on its way to a homoclinic orbit, where it has practically ended.
 
     Near one the distance of the parameter from its value there falls exponentially with the
     duration (Kuznetsov, Elements of Applied Bifurcation Theory, section 6.4).
 
     `largest` is the largest duration, relative to that at the first point.
     """
-
-    def __init__(self, orbits: Orbits, largest: float) -> None:
-        self._orbits = orbits
-        self._largest = largest
-
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the point at which the branch has practically ended."""
-        orbits, points = self._orbits, [*interval.traced.points, interval.point]
-        growth, value = _growth(orbits, points), orbits.value(interval.point.z)
-        # Steps become short where multipliers of 1e60 leave no digits for longer ones.
-        recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
-        crawls = len(points) > RULE.crawls and recent < RULE.arc
-        stands = (RULE.stands, 1.0) if crawls else (STOP.constant, RULE.grown)
-        kind = ""
-        if _stands(orbits, points, *stands) and (neared := _neared(points[-1])):
-            reason = (
-                f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
-                f"at {value:.9g}: the cycle nears {neared}"
-            )
-        elif self._snakes(interval) and (neared := _neared(points[-1])):
-            reason = (
-                f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
-                f"{orbits.vary} = {value:.7g}: the cycle nears {neared}, about which the branch "
-                "turns without end"
-            )
-        elif (added := self._added(interval)) is not None:
-            first, last = orbits.width * self._folds(interval, 2)[0]
-            reason = (
-                f"the branch turns again and again at {orbits.vary} = {first:.7g}, each time longer"
-                f" by about {added[0]:.4g} s, and at {last:.7g}, by about {added[1]:.4g} s, as it "
-                "does without end beside orbits homoclinic to a cycle"
-            )
-        elif growth > self._largest and (appear := _saddle_node(points)) is not None:
-            reason = (
-                f"the duration grew past {self._largest:g} times that at first, as one over the "
-                f"root of the distance from {orbits.vary} = {orbits.width * appear:.6g}, where "
-                "equilibria appear on the cycle (a saddle-node on it)"
-            )
-        elif growth > self._largest:
-            kind = "duration"
-            reason = (
-                f"the duration grew past {self._largest:g} times that at first, as it does towards "
-                "a homoclinic orbit and in slow relaxation; allow a larger duration to continue"
-            )
-        else:
-            return MonitorResult()
-        return MonitorResult(
-            stop=Stop(interval.point, End(kind or loop_kind(reason), reason, (value,)))
+    orbits, points = interval.traced.curve, [*interval.traced.points, interval.point]
+    growth, value = _growth(orbits, points), orbits.value(interval.point.z)
+    # Steps become short where multipliers of 1e60 leave no digits for longer ones.
+    recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
+    crawls = len(points) > RULE.crawls and recent < RULE.arc
+    stands = (RULE.stands, 1.0) if crawls else (STOP.constant, RULE.grown)
+    kind = ""
+    if _stands(orbits, points, *stands) and (neared := _neared(points[-1])):
+        reason = (
+            f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
+            f"at {value:.9g}: the cycle nears {neared}"
         )
+    elif _snakes(interval) and (neared := _neared(points[-1])):
+        reason = (
+            f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
+            f"{orbits.vary} = {value:.7g}: the cycle nears {neared}, about which the branch "
+            "turns without end"
+        )
+    elif (added := _added(interval)) is not None:
+        first, last = orbits.width * _folds(interval, 2)[0]
+        reason = (
+            f"the branch turns again and again at {orbits.vary} = {first:.7g}, each time longer"
+            f" by about {added[0]:.4g} s, and at {last:.7g}, by about {added[1]:.4g} s, as it "
+            "does without end beside orbits homoclinic to a cycle"
+        )
+    elif growth > largest and (appear := _saddle_node(points)) is not None:
+        reason = (
+            f"the duration grew past {largest:g} times that at first, as one over the "
+            f"root of the distance from {orbits.vary} = {orbits.width * appear:.6g}, where "
+            "equilibria appear on the cycle (a saddle-node on it)"
+        )
+    elif growth > largest:
+        kind = "duration"
+        reason = (
+            f"the duration grew past {largest:g} times that at first, as it does towards "
+            "a homoclinic orbit and in slow relaxation; allow a larger duration to continue"
+        )
+    else:
+        return MonitorResult()
+    return MonitorResult(
+        stop=Stop(interval.point, End(kind or loop_kind(reason), reason, (value,)))
+    )
 
-    def _folds(self, interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
-        """Return the places of the last folds of cycles, in spans, and durations, if there are."""
-        folds = [item.point for item in interval.traced.found if item.type == "LP"][-count:]
-        durations = [point.z[-2] * point.curve.units[-2] for point in folds]
-        return np.array([point.z[-1] for point in folds]), np.array(durations)
 
-    def _snakes(self, interval: StepInterval[OrbitPoint]) -> bool:
-        """Whether folds of ever longer cycles lie ever closer together."""
-        places, durations = self._folds(interval, 2)
-        return bool(((np.diff(durations) > 0) & (np.abs(np.diff(places)) < RULE.snakes)).any())
+def _folds(interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
+    """Return the places of the last folds of cycles, in spans, and durations, if there are."""
+    folds = [item.point for item in interval.traced.found if item.type == "LP"][-count:]
+    durations = [point.z[-2] * point.curve.units[-2] for point in folds]
+    return np.array([point.z[-1] for point in folds]), np.array(durations)
 
-    def _added(self, interval: StepInterval[OrbitPoint]) -> Array | None:
-        """Return what each of the last two folds adds to the duration if two values take turns.
 
-        Between two tangencies orbits are homoclinic to a saddle cycle (Kuznetsov, section 7.2), and
-        cycles near them go round it once more each time; it lasts longer at one of the two.
-        """
-        places, durations = self._folds(interval, 5)
-        added = durations[2:] - durations[:-2]
-        alike = len(places) == 5 and np.ptp(added[::2]) < RULE.alike * added.min()
-        stays = (np.abs(places[2:] - places[:-2]) < RULE.snakes).all()
-        return added[1:] if alike and stays else None
+def _snakes(interval: StepInterval[OrbitPoint]) -> bool:
+    """Whether folds of ever longer cycles lie ever closer together."""
+    places, durations = _folds(interval, 2)
+    return bool(((np.diff(durations) > 0) & (np.abs(np.diff(places)) < RULE.snakes)).any())
+
+
+def _added(interval: StepInterval[OrbitPoint]) -> Array | None:
+    """Return what each of the last two folds adds to the duration if two values take turns.
+
+    Between two tangencies orbits are homoclinic to a saddle cycle (Kuznetsov, section 7.2), and
+    cycles near them go round it once more each time; it lasts longer at one of the two.
+    """
+    places, durations = _folds(interval, 5)
+    added = durations[2:] - durations[:-2]
+    alike = len(places) == 5 and np.ptp(added[::2]) < RULE.alike * added.min()
+    stays = (np.abs(places[2:] - places[:-2]) < RULE.snakes).all()
+    return added[1:] if alike and stays else None
 
 
 def snakes_about(

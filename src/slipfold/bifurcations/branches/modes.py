@@ -14,7 +14,7 @@ from slipfold.bifurcations.branches.make_branch import assemble
 from slipfold.bifurcations.branches.response import BranchTree
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.start import measured_over, method_for
-from slipfold.bifurcations.branches.stops import Families
+from slipfold.bifurcations.branches.stops import stop_in_family
 from slipfold.continuation.curve_set import FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Monitor
@@ -117,7 +117,7 @@ class _Modes(BranchTree):
         self, orbits: Orbits, first: OrbitPoint, departs: bool
     ) -> list[Monitor[OrbitPoint]]:
         monitors = super()._monitors(orbits, first, departs)
-        return [item for item in monitors if not isinstance(item, Families)]
+        return [item for item in monitors if item is not stop_in_family]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return none."""

@@ -11,23 +11,28 @@ from slipfold.bifurcations.branches.bifurcations import BIFURCATION, CLOSED, Bif
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import (
-    MeetsImage,
     Returns,
     close_on_parent,
     has_image,
+    meets_image,
     noise_beside_parent,
     step_beside_parent,
 )
 from slipfold.bifurcations.branches.ends import BranchEndings
 from slipfold.bifurcations.branches.events import Happened, check_events, events_on
-from slipfold.bifurcations.branches.homoclinic import Homoclinic, nears_homoclinic
+from slipfold.bifurcations.branches.homoclinic import nears_homoclinic, stop_near_homoclinic
 from slipfold.bifurcations.branches.make_branch import assemble
 from slipfold.bifurcations.branches.progress import branch_progress, searching
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over
-from slipfold.bifurcations.branches.stops import Families, Limits, Undetermined, Unresolved
+from slipfold.bifurcations.branches.stops import (
+    stop_at_limit,
+    stop_in_family,
+    stop_undetermined,
+    stop_unresolved,
+)
 from slipfold.bifurcations.branches.switching import Junction, find_meeting, junctions_on
-from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
+from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import ZERO
@@ -138,21 +143,23 @@ class BranchTree(CurveSet[OrbitPoint]):
     ) -> list[Monitor[OrbitPoint]]:
         """Return the monitors of a branch: those that end it first, the most expensive last."""
         monitors: list[Monitor[OrbitPoint]] = [
-            SwitchingBoundaries(orbits),
-            Unresolved(orbits, partial(nears_homoclinic, orbits)),
+            end_of_piece,
+            partial(stop_unresolved, clause=partial(nears_homoclinic, orbits)),
         ]
         if has_image(orbits):
             children = [item.points[0] for item in self._junctions if not _crosses(item)]
-            monitors.append(MeetsImage(orbits, partial(close_on_parent, orbits, children, first)))
+            stop = partial(close_on_parent, orbits, children, first)
+            monitors.append(partial(meets_image, stop=stop))
         if not departs:  # a branch that starts at a branch point closes there
             monitors.append(Returns(orbits, CLOSED))
-        monitors.append(Limits(orbits))
+        monitors.append(stop_at_limit)
         monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
         if orbits.model.forced:
-            monitors.append(Undetermined(orbits))
+            monitors.append(stop_undetermined)
         if orbits.free_phase:
-            monitors.append(Homoclinic(orbits, self._settings.largest_duration))
-        return [*monitors, Families(orbits)]
+            largest = self._settings.largest_duration
+            monitors.append(partial(stop_near_homoclinic, largest=largest))
+        return [*monitors, stop_in_family]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the new junctions of a branch; one that was met before links two branches."""

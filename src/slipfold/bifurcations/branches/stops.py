@@ -13,7 +13,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.orbits.limits import margins_at
-from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
 
 
@@ -58,156 +58,131 @@ def loop_kind(reason: str) -> str:
     return LOOPS["a heteroclinic loop" in reason]
 
 
-class Limits:
-    """Ends a curve where the model ceases to be valid."""
+def stop_at_limit(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a curve where the model ceases to be valid: at the first limit that is broken."""
+    curve, cuts = interval.traced.curve, list[Stop[OrbitPoint]]()
+    orbits = curve.orbits
+    for index in (~(margins_at(interval.point) > 0)).nonzero()[0]:
+        limit = orbits.model.limits[index]
 
-    def __init__(self, curve: OrbitCurve) -> None:
-        self._curve = curve
+        def margin(item: OrbitPoint, index: int = int(index)) -> float:
+            return float(margins_at(item)[index])
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return where the first of the limits is broken."""
-        curve, orbits, cuts = self._curve, self._curve.orbits, []
-        for index in (~(margins_at(interval.point) > 0)).nonzero()[0]:
-            limit = orbits.model.limits[index]
-
-            def margin(item: OrbitPoint, index: int = int(index)) -> float:
-                return float(margins_at(item)[index])
-
-            ends = interval.before, interval.point
-            at = locate(curve, interval.history, *ends, margin, STOP.limit_close)
-            reason = limit.reason.format(value=margin(at) + limit.bound)
-            cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
-        return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
+        ends = interval.before, interval.point
+        at = locate(curve, interval.history, *ends, margin, STOP.limit_close)
+        reason = limit.reason.format(value=margin(at) + limit.bound)
+        cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
+    return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
 
 
-class Unresolved:
-    """Ends a curve before an orbit too unstable for its multipliers to be known.
+def stop_unresolved(
+    interval: StepInterval[OrbitPoint],
+    clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: "",
+) -> MonitorResult[OrbitPoint]:
+    """End a curve before an orbit too unstable for its multipliers to be known.
 
     `clause` says where the curve leads, from its points so far; if that is known, it is the reason.
     """
-
-    def __init__(
-        self, curve: OrbitCurve, clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: ""
-    ) -> None:
-        self._curve = curve
-        self._clause = clause
-
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the last point, if the next one is too unstable."""
-        *_, second, largest = (1.0, 1.0, *np.sort(np.abs(interval.point.multipliers)))
-        growing = self._curve.orbits.by.growing
-        if largest <= (STOP.overflows / max(second, 1.0) if growing else RESOLVED):
-            return MonitorResult()
-        reason = (
-            f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
-            "could be missed beyond; the orbit is practically unobservable there"
-        )
-        clause = self._clause(interval.traced.points)
-        kind = loop_kind(clause) if clause else "unresolved"
-        reason = f"{clause}; {reason}" if clause else reason
-        end = End(kind, reason, self._curve.place(interval.point.z))
-        return MonitorResult(stop=Stop(interval.before, end))
+    *_, second, largest = (1.0, 1.0, *np.sort(np.abs(interval.point.multipliers)))
+    curve = interval.traced.curve
+    growing = curve.orbits.by.growing
+    if largest <= (STOP.overflows / max(second, 1.0) if growing else RESOLVED):
+        return MonitorResult()
+    reason = (
+        f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
+        "could be missed beyond; the orbit is practically unobservable there"
+    )
+    leads = clause(interval.traced.points)
+    kind = loop_kind(leads) if leads else "unresolved"
+    reason = f"{leads}; {reason}" if leads else reason
+    end = End(kind, reason, curve.place(interval.point.z))
+    return MonitorResult(stop=Stop(interval.before, end))
 
 
-class Undetermined:
-    """Ends a branch where its orbits belong to a family, to rounding.
+def stop_undetermined(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a branch where its orbits belong to a family, to rounding.
 
     Undamped orbits of large amplitude do: the forcing has almost no effect, and any phase is
-    possible.
+    possible. The second orbit in a row that rounding moves far is the last; one is a branch point.
     """
+    if interval.leaves or not _moves(interval.before) > STOP.loose:
+        return MonitorResult()
+    moves = _moves(interval.point)
+    if not moves > STOP.loose:
+        return MonitorResult()
+    reason = (
+        f"an error of the equations moves the orbit by {moves:.0e} times as much: to rounding "
+        "it belongs to a family, with any phase; with a little damping there is one orbit"
+    )
+    end = End("unresolved", reason, interval.traced.curve.place(interval.point.z))
+    return MonitorResult(stop=Stop(interval.point, end))
 
-    def __init__(self, orbits: Orbits) -> None:
-        self._orbits = orbits
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the second orbit in a row that rounding moves far; one is a branch point."""
-        if interval.leaves or not self._moves(interval.before) > STOP.loose:
-            return MonitorResult()
-        moves = self._moves(interval.point)
-        if not moves > STOP.loose:
-            return MonitorResult()
+def _moves(point: OrbitPoint) -> float:
+    """Return the ratio of changes of an orbit to errors of its equations; 0 if it is small."""
+    orbits, part = point.curve, point.linearization
+    if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > STOP.one:
+        return 0.0
+    bordered = part.bordered(point.tangent)
+    last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment
+    moves = [np.linalg.norm(bordered.solve(np.eye(1, len(point.z), i)[0])) for i in last]
+    return float(np.sqrt(orbits.segments) * max(moves))
+
+
+def stop_standing(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a locus along which both parameters stand still, as where all states are critical.
+
+    Towards a homoclinic orbit they do so too, while the duration grows. A cusp is one point.
+    """
+    points = [*interval.traced.points, interval.point][-STOP.away :]
+    places = np.array([point.z[-2:] for point in points])
+    along = np.array([point.tangent[-2:] for point in points])
+    moves = np.ptp(places, axis=0).max() > STOP.constant or np.abs(along).max() > STOP.still
+    if len(points) < STOP.away or moves:
+        return MonitorResult()
+    curve = interval.traced.curve
+    orbits, place = curve.orbits, curve.place(interval.point.z)
+    rounded = np.where(np.abs(places[-1]) < STOP.constant, 0.0, place)
+    at = ", ".join(f"{n} = {v:.9g}" for n, v in zip(orbits.varied, rounded, strict=True))
+    still = f"the locus stands still at {at}: its last {STOP.away}"
+    durations = orbits.durations(points) if orbits.free_phase else None
+    if durations is not None and (np.diff(durations) > STOP.constant * durations[1:]).all():
         reason = (
-            f"an error of the equations moves the orbit by {moves:.0e} times as much: to rounding "
-            "it belongs to a family, with any phase; with a little damping there is one orbit"
+            f"{still} cycles take ever longer there, {durations[0]:.4g} to {durations[-1]:.4g} "
+            "s, as towards a homoclinic orbit"
         )
-        end = End("unresolved", reason, self._orbits.place(interval.point.z))
-        return MonitorResult(stop=Stop(interval.point, end))
-
-    def _moves(self, point: OrbitPoint) -> float:
-        """Return the ratio of changes of an orbit to errors of its equations; 0 if it is small."""
-        orbits, part = self._orbits, point.linearization
-        if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > STOP.one:
-            return 0.0
-        bordered = part.bordered(point.tangent)
-        last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment
-        moves = [np.linalg.norm(bordered.solve(np.eye(1, len(point.z), i)[0])) for i in last]
-        return float(np.sqrt(orbits.segments) * max(moves))
+        return MonitorResult(stop=Stop(interval.point, End("duration", reason, place)))
+    what = "equilibria" if orbits.kind == "equilibrium" else "orbits"
+    reason = f"{still} {what} are all critical there, to rounding; choose other parameters"
+    return MonitorResult(stop=Stop(interval.point, End("family", reason, place)))
 
 
-class Standing:
-    """Ends a locus along which both parameters stand still, as where all states are critical.
-
-    Towards a homoclinic orbit they do so too, while the duration grows.
-    """
-
-    def __init__(self, curve: OrbitCurve) -> None:
-        self._curve = curve
-
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the last of some points at one place of the plane; a cusp is one point."""
-        points = [*interval.traced.points, interval.point][-STOP.away :]
-        places = np.array([point.z[-2:] for point in points])
-        along = np.array([point.tangent[-2:] for point in points])
-        moves = np.ptp(places, axis=0).max() > STOP.constant or np.abs(along).max() > STOP.still
-        if len(points) < STOP.away or moves:
-            return MonitorResult()
-        orbits, place = self._curve.orbits, self._curve.place(interval.point.z)
-        rounded = np.where(np.abs(places[-1]) < STOP.constant, 0.0, place)
-        at = ", ".join(f"{n} = {v:.9g}" for n, v in zip(orbits.varied, rounded, strict=True))
-        still = f"the locus stands still at {at}: its last {STOP.away}"
-        durations = orbits.durations(points) if orbits.free_phase else None
-        if durations is not None and (np.diff(durations) > STOP.constant * durations[1:]).all():
-            reason = (
-                f"{still} cycles take ever longer there, {durations[0]:.4g} to {durations[-1]:.4g} "
-                "s, as towards a homoclinic orbit"
-            )
-            return MonitorResult(stop=Stop(interval.point, End("duration", reason, place)))
-        what = "equilibria" if orbits.kind == "equilibrium" else "orbits"
-        reason = f"{still} {what} are all critical there, to rounding; choose other parameters"
-        return MonitorResult(stop=Stop(interval.point, End("family", reason, place)))
-
-
-class Families:
-    """Ends a branch along which the parameter is constant.
+def stop_in_family(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a branch at the last of many points with the same value of the parameter.
 
     The cycles around a center form such a family, which has no natural end.
     """
-
-    def __init__(self, orbits: Orbits) -> None:
-        self._orbits = orbits
-
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the last of many points with the same value of the parameter."""
-        orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
-        value, rounded = orbits.value(interval.point.z), _rounded(orbits, interval.point)
-        many, rests = len(interval.traced.points) >= STOP.family, orbits.kind == "equilibrium"
-        if rests and len(points) >= STOP.away:  # a branch that is constant here is so everywhere
-            many |= bool(np.linalg.norm(points[-1].z - points[0].z) > 1)
-        first = interval.traced.points[0]  # a vibration about a large mean does not run away
-        start = first.curve.orbits.nodes(first.z)[0]
-        moved = size_in_scales(orbits, interval.point, start)
-        far = not rests and moved > STOP.far
-        if (many or far) and in_family(points):
-            return MonitorResult(stop=Stop(interval.point, family_end(orbits, points)))
-        if far:
-            where = f" at {orbits.vary} = {rounded:.9g}"
-        elif rests and _runs_away(points[-STOP.away :]):
-            where = f" while {orbits.vary} stays at {value:.9g}"
-        else:
-            return MonitorResult()
-        reason = far_away(orbits, interval.point, where)
-        end = End("unresolved", reason, orbits.place(interval.point.z))
-        return MonitorResult(stop=Stop(interval.point, end))
+    orbits = interval.traced.curve
+    points = [*interval.traced.points, interval.point][-STOP.family :]
+    value, rounded = orbits.value(interval.point.z), _rounded(orbits, interval.point)
+    many, rests = len(interval.traced.points) >= STOP.family, orbits.kind == "equilibrium"
+    if rests and len(points) >= STOP.away:  # a branch that is constant here is so everywhere
+        many |= bool(np.linalg.norm(points[-1].z - points[0].z) > 1)
+    first = interval.traced.points[0]  # a vibration about a large mean does not run away
+    start = first.curve.orbits.nodes(first.z)[0]
+    moved = size_in_scales(orbits, interval.point, start)
+    far = not rests and moved > STOP.far
+    if (many or far) and in_family(points):
+        return MonitorResult(stop=Stop(interval.point, family_end(orbits, points)))
+    if far:
+        where = f" at {orbits.vary} = {rounded:.9g}"
+    elif rests and _runs_away(points[-STOP.away :]):
+        where = f" while {orbits.vary} stays at {value:.9g}"
+    else:
+        return MonitorResult()
+    reason = far_away(orbits, interval.point, where)
+    end = End("unresolved", reason, orbits.place(interval.point.z))
+    return MonitorResult(stop=Stop(interval.point, end))
 
 
 def family_end(orbits: Orbits, points: Sequence[OrbitPoint]) -> End:

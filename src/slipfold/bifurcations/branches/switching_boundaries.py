@@ -107,116 +107,107 @@ RELEASED = (
 )
 
 
-class SwitchingBoundaries:
-    """Ends a smooth piece of a branch where its orbits begin to pass through other modes."""
+def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a smooth piece of a branch where its orbits begin to pass through other modes.
 
-    def __init__(self, orbits: OrbitCurve) -> None:
-        self._orbits = orbits
-        by = orbits.orbits.by
-        self._slips_in_planes = isinstance(by, SwitchedShooting) and by.slips_in_planes
+    It ends with the last orbit that has the modes of the piece, and the first with others.
+    """
+    curve, before, after = interval.traced.curve, interval.before, interval.point
+    grazing = _grazing(interval)
+    if grazing is not None:
+        return grazing
+    if before.piece == after.piece:
+        if _jumps(before, after):
+            raise LostCurveError("contacts change elsewhere in the period")
+        return MonitorResult()
+    try:
+        boundary = locate_boundary(curve, interval.history, before, after, _change_between)
+    except LostCurveError:
+        lost = _lost(interval)
+        if lost is None:
+            raise
+        return lost
+    kind = _kind(boundary.before.piece, boundary.after.piece)
+    met = _met(curve, kind, boundary)
+    found = Found(kind, met or boundary.before, float("inf"))
+    end = _end(kind, curve, found.point)
+    beyond = boundary.after if boundary.apart < PIECE.apart else None
+    known = kind == "MEET" and _is_known(found, interval.traced)
+    return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the last orbit with the modes of the piece, and the first with others."""
-        before, after = interval.before, interval.point
-        grazing = self._grazing(interval)
-        if grazing is not None:
-            return grazing
-        if before.piece == after.piece:
-            if _jumps(before, after):
-                raise LostCurveError("contacts change elsewhere in the period")
-            return MonitorResult()
-        try:
-            boundary = locate_boundary(self._orbits, interval.history, before, after, _end_of_piece)
-        except LostCurveError:
-            lost = self._lost(interval)
-            if lost is None:
-                raise
-            return lost
-        kind = _kind(boundary.before.piece, boundary.after.piece)
-        met = self._met(kind, boundary)
-        found = Found(kind, met or boundary.before, float("inf"))
-        end = _end(kind, self._orbits, found.point)
-        beyond = boundary.after if boundary.apart < PIECE.apart else None
-        known = kind == "MEET" and _is_known(found, interval.traced)
-        return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
-    def _met(self, kind: str, boundary: PieceBoundary[OrbitPoint]) -> OrbitPoint | None:
-        """Return the orbit that only just meets the change of contacts, None if none is found.
+def _met(curve: OrbitCurve, kind: str, boundary: PieceBoundary[OrbitPoint]) -> OrbitPoint | None:
+    """Return the orbit that only just meets the change of contacts, None if none is found.
 
-        Slip backwards for a time dt goes as its third power: pieces differ where it is seen only.
-        """
-        if not isinstance(self._orbits, Orbits):
-            return None
-        last = boundary.before
-        with suppress(*BREAKDOWNS):
-            stops = kind in ("MEET", "STICK")
-            met = locate_marginal_stops(self._orbits, last, kind) if stops else None
-            # Where static friction is more, multipliers jump: the last orbit has those of its side
-            if kind == "MEET" or (met is not None and not _holds_more(met.point)):
-                return None if met is None else met.point
-            change = _change_beside(last, kind, (last, boundary.after))
-            if change is not None and change.piece == last.piece:
-                return replace(change, arclength=last.arclength)
+    Slip backwards for a time dt goes as its third power: pieces differ where it is seen only.
+    """
+    if not isinstance(curve, Orbits):
         return None
+    last = boundary.before
+    with suppress(*BREAKDOWNS):
+        stops = kind in ("MEET", "STICK")
+        met = locate_marginal_stops(curve, last, kind) if stops else None
+        # Where static friction is more, multipliers jump: the last orbit has those of its side
+        if kind == "MEET" or (met is not None and not _holds_more(met.point)):
+            return None if met is None else met.point
+        change = _change_beside(last, kind, (last, boundary.after))
+        if change is not None and change.piece == last.piece:
+            return replace(change, arclength=last.arclength)
+    return None
 
-    def _lost(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
-        """Return where orbits cease in the plane, where ever shorter steps come no farther.
 
-        What follows a stop that only just happens goes as the square root of the way to its end.
-        """
-        if not self._slips_in_planes:
-            return None
-        last = locate_loss(self._orbits, interval.history, interval.before, interval.point)
-        left = None if last is None else self._left(last)
-        if last is None or (
-            left is not None and left < RULES.near
-        ):  # it vanishes: nearer it is seen
-            return None
-        beyond = across_gap(self._orbits, last)
-        if beyond is not None:
-            back = self._orbits.turned(beyond)
-            change = _change_ahead(back, 2 * float(np.linalg.norm(beyond.z - last.z)))
-            if change is not None:
-                end = _end(change.type, self._orbits, change.point)
-                return MonitorResult([change], Stop(last, end, beyond=beyond))
-        return MonitorResult(stop=Stop(last, End("failed", CAUGHT, self._orbits.place(last.z))))
+def _lost(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
+    """Return where orbits cease in the plane, where ever shorter steps come no farther.
 
-    def _left(self, point: OrbitPoint) -> float | None:
-        """Return the margin of slip, or of a stop, before it vanishes; None if no slip is slow."""
-        orbits = point.curve.orbits
-        assert isinstance(orbits, Orbits)
-        return orbits.grazing_margin(point)
+    What follows a stop that only just happens goes as the square root of the way to its end.
+    """
+    curve = interval.traced.curve
+    if not curve.orbits.by.slips_in_planes:
+        return None
+    last = locate_loss(curve, interval.history, interval.before, interval.point)
+    left = None if last is None else last.curve.orbits.grazing_margin(last)
+    if last is None or (left is not None and left < RULES.near):  # it vanishes: nearer it is seen
+        return None
+    beyond = across_gap(curve, last)
+    if beyond is not None:
+        back = curve.turned(beyond)
+        change = _change_ahead(back, 2 * float(np.linalg.norm(beyond.z - last.z)))
+        if change is not None:
+            end = _end(change.type, curve, change.point)
+            return MonitorResult([change], Stop(last, end, beyond=beyond))
+    return MonitorResult(stop=Stop(last, End("failed", CAUGHT, curve.place(last.z))))
 
-    def _grazing(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
-        """Return where slip in the plane begins or ceases to graze, if that is near."""
-        orbits, before, after = self._orbits, interval.before, interval.point
-        if not isinstance(orbits, Orbits) or not self._slips_in_planes:
+
+def _grazing(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
+    """Return where slip in the plane begins or ceases to graze, if that is near."""
+    orbits, before, after = interval.traced.curve, interval.before, interval.point
+    if not isinstance(orbits, Orbits) or not orbits.by.slips_in_planes:
+        return None
+    start, ahead = before, 2 * (after.arclength - before.arclength)
+    if before.piece == after.piece:
+        start, ahead = after, RULES.ahead
+        left, was = orbits.grazing_margin(after), orbits.grazing_margin(before)
+        if left is None or was is None or not left < min(was, RULES.near):
             return None
-        start, ahead = before, 2 * (after.arclength - before.arclength)
-        if before.piece == after.piece:
-            start, ahead = after, RULES.ahead
-            left, was = orbits.grazing_margin(after), orbits.grazing_margin(before)
-            if left is None or was is None or not left < min(was, RULES.near):
-                return None
-        place = _vanishing(orbits, start, orbits.grazing_margin, ahead)
-        if place is None:
-            return None
-        last, beyond = place.nearest, beyond_end(orbits, place.nearest, place.z, place.reach)
-        if beyond is not None:
-            left, sides = orbits.grazing_margin(beyond), (last.piece, beyond.piece)
-            stops = [_counts(modes)[Status.STICK] for modes in sides]
-            caught = left is None or left > RULES.near
-            if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
-                back = orbits.turned(beyond)
-                distance = float(np.linalg.norm(beyond.z - place.z))
-                again = _vanishing(orbits, back, orbits.grazing_margin, 2 * distance)
-                if again is not None and again.is_same(place):
-                    place = again
-                elif caught:  # for long: another orbit, which begins apart from this
-                    beyond = None
-        point = replace(place.nearest, z=place.z, arclength=last.arclength)
-        found = FoundGrazing("GRAZE", point, float("inf"), place=place)
-        return MonitorResult([found], Stop(last, _end("GRAZE", orbits, point), beyond=beyond))
+    place = _vanishing(orbits, start, orbits.grazing_margin, ahead)
+    if place is None:
+        return None
+    last, beyond = place.nearest, beyond_end(orbits, place.nearest, place.z, place.reach)
+    if beyond is not None:
+        left, sides = orbits.grazing_margin(beyond), (last.piece, beyond.piece)
+        stops = [_counts(modes)[Status.STICK] for modes in sides]
+        caught = left is None or left > RULES.near
+        if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
+            back = orbits.turned(beyond)
+            distance = float(np.linalg.norm(beyond.z - place.z))
+            again = _vanishing(orbits, back, orbits.grazing_margin, 2 * distance)
+            if again is not None and again.is_same(place):
+                place = again
+            elif caught:  # for long: another orbit, which begins apart from this
+                beyond = None
+    point = replace(place.nearest, z=place.z, arclength=last.arclength)
+    found = FoundGrazing("GRAZE", point, float("inf"), place=place)
+    return MonitorResult([found], Stop(last, _end("GRAZE", orbits, point), beyond=beyond))
 
 
 def _vanishing(
@@ -370,7 +361,7 @@ def _only_just(
     return again, None if met is None else met.point
 
 
-def _end_of_piece(before: OrbitPoint, after: OrbitPoint) -> Array | None:
+def _change_between(before: OrbitPoint, after: OrbitPoint) -> Array | None:
     """Return the unknown at which an orbit between two only just meets their change of contacts."""
     met = _change_met(_kind(before.piece, after.piece), (after, before))
     return None if met is None else before.curve.moved(met)[0]

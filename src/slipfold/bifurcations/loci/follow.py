@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,13 @@ from slipfold.bifurcations.branches.events import Happened, check_events, events
 from slipfold.bifurcations.branches.homoclinic import locus_nears
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.stops import Limits, Standing, Unresolved, loop_kind
-from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
+from slipfold.bifurcations.branches.stops import (
+    loop_kind,
+    stop_at_limit,
+    stop_standing,
+    stop_unresolved,
+)
+from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
 from slipfold.bifurcations.loci.locus_equations import (
@@ -29,9 +35,9 @@ from slipfold.bifurcations.loci.locus_equations import (
 from slipfold.bifurcations.loci.make_locus import as_loci, pair_of, plane_of
 from slipfold.bifurcations.loci.special_points import SpecialPoints, tests_of, without_repeats
 from slipfold.bifurcations.loci.start import (
-    EndsAtParent,
     LocusStart,
     as_unknown,
+    ends_at_parent,
     ends_beside_parent,
     on_a_mesh,
     parents_of,
@@ -100,14 +106,14 @@ def _monitors(
     curve: LocusEquations, settings: Settings, events: Sequence[Event]
 ) -> list[Monitor[OrbitPoint]]:
     """What is watched along a locus: what ends it early first, what takes longest last."""
-    monitors: list[Monitor[OrbitPoint]] = [SwitchingBoundaries(curve), Unresolved(curve)]
+    monitors: list[Monitor[OrbitPoint]] = [end_of_piece, stop_unresolved]
     if has_image(curve.orbits):
-        monitors.append(EndsAtParent(curve, settings))
+        monitors.append(partial(ends_at_parent, settings=settings))
     return [
         *monitors,
         Returns(curve, "the locus closed on itself"),
-        Standing(curve),
-        Limits(curve),
+        stop_standing,
+        stop_at_limit,
         *events_on(curve, events),
         SpecialPoints(curve),
     ]

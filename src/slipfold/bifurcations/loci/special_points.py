@@ -116,11 +116,11 @@ class SpecialPoints(Zeros[OrbitPoint]):
         super().__init__(curve)
         self._curve = curve
 
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def __call__(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return what is special between two points; the first step from another locus is not."""
         if interval.leaves:
             return MonitorResult()
-        result = super().watch(interval)
+        result = super().__call__(interval)
         return self._softened(result, interval) if self._curve.condition == "LP" else result
 
     def _softened(

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.closed_branches import MeetsImage, asymmetry
+from slipfold.bifurcations.branches.closed_branches import asymmetry, meets_image
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
@@ -356,36 +356,30 @@ def _parent_start(
         return None
 
 
-class EndsAtParent:
-    """Ends a locus where its orbits shrink to those that they emanate at.
+def ends_at_parent(
+    interval: StepInterval[OrbitPoint], settings: Settings
+) -> MonitorResult[OrbitPoint]:
+    """End a locus where its orbits shrink to those that they emanate at.
 
     Newton's method is singular there, the more so the higher the order to which equations vanish:
     the point of codimension two from which they emanate is searched on the locus of the parents.
     """
-
-    def __init__(self, curve: LocusEquations, settings: Settings) -> None:
-        self._curve = curve
-        self._settings = settings
-        self._meets = MeetsImage(curve, partial(_at_parent, curve))
-
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the end if an orbit is near its parent or the locus continues as its image."""
-        if interval.leaves:
-            return MonitorResult()
-        orbits = self._curve.orbits
-        before, here = (
-            float(np.linalg.norm(asymmetry(orbits, item.z)))
-            for item in (interval.before, interval.point)
-        )
-        if here < min(before, RULES.near_parent):
-            stop = ends_beside_parent(self._curve, interval.point, self._settings)
-            if stop is not None:
-                return MonitorResult(stop=stop)
-        result = self._meets.watch(interval)
-        if result.stop is None:
-            return result
-        named = ends_beside_parent(self._curve, result.stop.point, self._settings)
-        return MonitorResult(stop=named or result.stop)
+    if interval.leaves:
+        return MonitorResult()
+    curve = interval.traced.curve
+    before, here = (
+        float(np.linalg.norm(asymmetry(curve.orbits, item.z)))
+        for item in (interval.before, interval.point)
+    )
+    if here < min(before, RULES.near_parent):
+        stop = ends_beside_parent(curve, interval.point, settings)
+        if stop is not None:
+            return MonitorResult(stop=stop)
+    result = meets_image(interval, partial(_at_parent, curve))
+    if result.stop is None:
+        return result
+    named = ends_beside_parent(curve, result.stop.point, settings)
+    return MonitorResult(stop=named or result.stop)
 
 
 def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:

@@ -55,7 +55,7 @@ def follow_tori(
         circles,
         start,
         [(-1, min(span) / circles.width, max(span) / circles.width)],
-        lambda curve: (_Resolved(), _Special(curve)),
+        lambda curve: (resolved, _Special(curve)),
         settings=settings,
         endings=_Endings(),
         otherwise=past_resonance,
@@ -126,36 +126,31 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
     return None
 
 
-class _Resolved:
-    """Ends tori whose circles are points, or have more harmonics than can be computed."""
+def resolved(interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
+    """End tori whose circles are points, or have more harmonics than can be computed.
 
-    def watch(self, interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
-        """Look at how large and how smooth the circle is that was reached.
-
-        The orbit itself is a solution, at any rotation number: a step that leads from a circle to
-        it at once has left the tori.
-        """
-        point = interval.point
-        circles = point.curve
-        states = circles.states(point.z)
-        if _extent(point) < TORUS.point:
-            if _extent(interval.before) > TORUS.collapse:
-                raise LostCurveError("the circle shrinks to a periodic orbit within a step")
-            return MonitorResult(
-                stop=Stop(point, End("bifurcation", SHRINKS, circles.place(point.z)))
-            )
-        size = tail(states)
-        if circles.count < MAX_ANGLES or size < TORUS.broken:
-            return MonitorResult()
-        harmonics = circles.count // 2
-        state_text = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
-        kind, reason = "broken", f"not resolved: {state_text}; it may break up"
-        if _slows([*interval.traced.points, point]):
-            kind, reason = "homoclinic", f"{SLOWS}: {state_text}"
-        # The circle before is the last that is known well.
-        last = interval.before
-        end = End(kind, reason, last.curve.place(last.z))
-        return MonitorResult(stop=Stop(last, end))
+    The orbit itself is a solution, at any rotation number: a step that leads from a circle to
+    it at once has left the tori.
+    """
+    point = interval.point
+    circles = point.curve
+    states = circles.states(point.z)
+    if _extent(point) < TORUS.point:
+        if _extent(interval.before) > TORUS.collapse:
+            raise LostCurveError("the circle shrinks to a periodic orbit within a step")
+        return MonitorResult(stop=Stop(point, End("bifurcation", SHRINKS, circles.place(point.z))))
+    size = tail(states)
+    if circles.count < MAX_ANGLES or size < TORUS.broken:
+        return MonitorResult()
+    harmonics = circles.count // 2
+    state_text = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
+    kind, reason = "broken", f"not resolved: {state_text}; it may break up"
+    if _slows([*interval.traced.points, point]):
+        kind, reason = "homoclinic", f"{SLOWS}: {state_text}"
+    # The circle before is the last that is known well.
+    last = interval.before
+    end = End(kind, reason, last.curve.place(last.z))
+    return MonitorResult(stop=Stop(last, end))
 
 
 def _extent(point: CirclePoint) -> float:
