@@ -84,7 +84,7 @@ def test_a_torus_in_closed_form():
     assert amplitudes[1, 0] == pytest.approx(1 / np.sqrt(1 + 0.83**2), abs=1e-10)
     assert amplitudes[0, 1] == pytest.approx(0.3 / np.sqrt(1 + 2**2), abs=1e-10)
     # Across it radii decay by exp(-2 a T), and x by exp(-T).
-    across = growth_across(last.matrices, circle, rotation, at.state_scales())
+    across = growth_across(last.linearization.matrices, circle, rotation, at.state_scales())
     assert across.values == pytest.approx([-np.pi, -2 * np.pi], abs=1e-9)
 
 
@@ -106,7 +106,7 @@ def test_the_torus_of_the_sliding_oscillator():
     assert rotation == pytest.approx(0.1095918324, abs=1e-10)
     low, high = surface_of(at, circle, rotation, 2).extremes()
     assert (low[0], high[0]) == pytest.approx((-0.1469835, 0.3114585), abs=5e-8)
-    across = growth_across(last.matrices, circle, rotation, at.state_scales())
+    across = growth_across(last.linearization.matrices, circle, rotation, at.state_scales())
     assert across.values[0] < -across.errors[0] < 0
 
 

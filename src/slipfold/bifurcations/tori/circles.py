@@ -99,14 +99,7 @@ RESONANCES = tuple(
 """Rotation numbers at which a circle may be locked, up to a denominator of 12."""
 
 
-@dataclass(frozen=True, eq=False)
-class CirclePoint(Point):
-    """A circle of the curve, with the derivatives of the map at its angles, shape (m, n, n)."""
-
-    matrices: Any = None
-
-
-class Circles(Curve[CirclePoint]):
+class Circles(Curve[Point]):
     r"""Circles that the flow over k periods turns by a part of a turn.
 
     .. math:: P(u(\theta_j)) = u(\theta_j + \rho), \qquad j = 1, \ldots, m
@@ -250,14 +243,14 @@ class Circles(Curve[CirclePoint]):
         """Return the largest mismatch, in scaled states."""
         return float(np.abs(defect).max()) * float(np.sqrt(self.count))
 
-    def point(self, correction: Correction, arclength: float) -> CirclePoint:
+    def point(self, correction: Correction, arclength: float) -> Point:
         """Return a converged correction as a point."""
         z, bordered = correction.z, correction.bordered
         tangent = bordered.tangent()
         tests = {"LP": float(tangent[-1]), "size": self._size(z)}
         strong = [ratio for ratio in RESONANCES if ratio.denominator <= TORUS.strong]
         tests |= {str(ratio): self.rotation(z) - float(ratio) for ratio in strong}
-        return CirclePoint(
+        return Point(
             z,
             tangent,
             arclength,
@@ -267,10 +260,9 @@ class Circles(Curve[CirclePoint]):
             bordered.volume,
             curve=self,
             linearization=correction.linearization,
-            matrices=correction.linearization.matrices,
         )
 
-    def renewed(self, points: Sequence[CirclePoint]) -> tuple[Any, list[CirclePoint]] | None:
+    def renewed(self, points: Sequence[Point]) -> tuple[Any, list[Point]] | None:
         """Return the last point at as many angles as it needs."""
         last = points[-1]
         count = self.needed(last.z)

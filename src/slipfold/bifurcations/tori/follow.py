@@ -16,11 +16,12 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.progress import branch_progress
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.tori.circles import MAX_ANGLES, RESONANCES, TORUS, CirclePoint, tail
+from slipfold.bifurcations.tori.circles import MAX_ANGLES, RESONANCES, TORUS, tail
 from slipfold.bifurcations.tori.resonances import locked_interval, past_resonance
 from slipfold.bifurcations.tori.start import circle_from_trajectory, first_circle
 from slipfold.bifurcations.tori.surface import growth_across, surface_of
 from slipfold.bifurcations.tori.torus_branch import Locked, TorusBranch
+from slipfold.continuation.curve import Point
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.locate import LostCurveError
@@ -44,11 +45,11 @@ SHRINKS = "shrinks to a periodic orbit, at a Neimark-Sacker point of it"
 
 
 def follow_tori(
-    start: CirclePoint,
+    start: Point,
     span: tuple[float, float],
     settings: Stepping | None = None,
-    watch: Callable[[TracedCurve[CirclePoint]], None] = lambda traced: None,
-) -> TracedCurve[CirclePoint]:
+    watch: Callable[[TracedCurve[Point]], None] = lambda traced: None,
+) -> TracedCurve[Point]:
     """Follow tori from a circle on, until they end or the parameter leaves its span."""
     circles = start.curve
     traced = follow(
@@ -65,7 +66,7 @@ def follow_tori(
     return traced
 
 
-def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
+def _beside_strong(traced: TracedCurve[Point]) -> End | None:
     """Return the end of tori that could not be followed past a strong resonance; None of others."""
     end, turns = traced.end, [point.z[-2] for point in traced.points[-2:]]
     if end is None or end.kind not in ("broken", "failed"):
@@ -84,7 +85,7 @@ def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
     return End("resonance", reason, end.values)
 
 
-def resonances_passed(points: Sequence[CirclePoint]) -> Iterator[Locked]:
+def resonances_passed(points: Sequence[Point]) -> Iterator[Locked]:
     """Yield the resonances between circles, whether or not they were noticed there."""
     for one, other in pairwise(points):
         (before, first), (after, last) = (
@@ -97,16 +98,16 @@ def resonances_passed(points: Sequence[CirclePoint]) -> Iterator[Locked]:
             yield Locked(ratio, first, last, *ends)
 
 
-class _Special(Zeros[CirclePoint]):
+class _Special(Zeros[Point]):
     """Folds of tori and resonances on the way, or at the end: a strong one, or an orbit."""
 
-    def is_genuine(self, found: Found[CirclePoint]) -> bool:
+    def is_genuine(self, found: Found[Point]) -> bool:
         """Whether a fold is one, and not a turn of the curve's own direction."""
         return found.type != "LP" or abs(found.point.tangent[-1]) < TORUS.fold
 
     def seen(
-        self, found: Sequence[Found[CirclePoint]], interval: StepInterval[CirclePoint]
-    ) -> MonitorResult[CirclePoint]:
+        self, found: Sequence[Found[Point]], interval: StepInterval[Point]
+    ) -> MonitorResult[Point]:
         """Return what lies between two circles, as far as tori go."""
         for index, item in enumerate(found):
             end = _end_at(item)
@@ -115,7 +116,7 @@ class _Special(Zeros[CirclePoint]):
         return MonitorResult(found)
 
 
-def _end_at(found: Found[CirclePoint]) -> End | None:
+def _end_at(found: Found[Point]) -> End | None:
     """Return why tori end at a located point; None if they continue."""
     place = found.point.curve.place(found.point.z)
     if found.type == "size":
@@ -126,7 +127,7 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
     return None
 
 
-def resolved(interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
+def resolved(interval: StepInterval[Point]) -> MonitorResult[Point]:
     """End tori whose circles are points, or have more harmonics than can be computed.
 
     The orbit itself is a solution, at any rotation number: a step that leads from a circle to
@@ -153,13 +154,13 @@ def resolved(interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
     return MonitorResult(stop=Stop(last, end))
 
 
-def _extent(point: CirclePoint) -> float:
+def _extent(point: Point) -> float:
     """Return the extent of a circle, in scaled states."""
     states = point.curve.states(point.z) / point.curve.model.state_scales()
     return float(np.ptp(states, axis=0).max())
 
 
-def _slows(points: Sequence[CirclePoint]) -> bool:
+def _slows(points: Sequence[Point]) -> bool:
     """Whether circles turn ever more slowly while the parameter stands still."""
     recent = points[-RECENT:]
     values = [point.z[-1] for point in recent]
@@ -167,16 +168,16 @@ def _slows(points: Sequence[CirclePoint]) -> bool:
     return max(values) - min(values) < STANDSTILL and turns[-1] < SLOWER * turns[0]
 
 
-class _Endings(Endings[CirclePoint]):
+class _Endings(Endings[Point]):
     """How tori end by following them itself."""
 
-    def left(self, traced: TracedCurve[CirclePoint]) -> End:
+    def left(self, traced: TracedCurve[Point]) -> End:
         """Return the end of tori that reached the end of the span."""
         last = traced.points[-1]
         at = f"{last.curve.vary} = {last.curve.value(last.z):g}"
         return self._end(traced, "span", f"reached the end of the span at {at}")
 
-    def failed(self, traced: TracedCurve[CirclePoint], failure: Failure) -> End:
+    def failed(self, traced: TracedCurve[Point], failure: Failure) -> End:
         """Return the end of tori that could not be followed."""
         last = traced.points[-1]
         size = tail(last.curve.states(last.z))
@@ -300,7 +301,7 @@ class _Tori:
         )
         return self._as_branch(End("failed", reason, point.value))
 
-    def from_circle(self, start: CirclePoint) -> TorusBranch:
+    def from_circle(self, start: Point) -> TorusBranch:
         """Follow tori from a circle, and describe them."""
         traced, rows = follow_tori(start, self.span, self.settings, self._report), self.rows
         end = traced.end
@@ -326,7 +327,7 @@ class _Tori:
             end = End("interrupted", reason, rows[-1].parameter)
         return self._as_branch(end, traced)
 
-    def _report(self, traced: TracedCurve[CirclePoint]) -> None:
+    def _report(self, traced: TracedCurve[Point]) -> None:
         """Report to the observer how far tori have been followed."""
         if self.observer is None:
             return
@@ -336,7 +337,7 @@ class _Tori:
         parameter = self.model.parameter(self.vary)
         self.observer(branch_progress(parameter, *at, "tori", self.done, self.total))
 
-    def _as_branch(self, end: End, traced: TracedCurve[CirclePoint] | None = None) -> TorusBranch:
+    def _as_branch(self, end: End, traced: TracedCurve[Point] | None = None) -> TorusBranch:
         rows, folds, locked = self.rows, list[float](), list[Locked]()
         if traced is not None:
             last = rows[-1].arclength
@@ -398,7 +399,7 @@ def _duration(model: Model) -> float:
     return np.nan if model.forced else model.values[DURATION.name]
 
 
-def _described(point: CirclePoint) -> tuple[_Row, str]:
+def _described(point: Point) -> tuple[_Row, str]:
     """Return a torus with its measures, and the sentence of a limit if it breaks one."""
     circles = point.curve
     parameter, rotation = circles.value(point.z), circles.rotation(point.z)
@@ -414,7 +415,7 @@ def _described(point: CirclePoint) -> tuple[_Row, str]:
     rates = None
     if not at.forced:
         rates = flow.rates(states, np.zeros(len(states)), flow.constants_of(at))
-    across = growth_across(point.matrices, states, rotation, at.state_scales(), rates)
+    across = growth_across(point.linearization.matrices, states, rotation, at.state_scales(), rates)
     growth = float(across.values[0]), float(across.errors[0])
     known = circles.truncation(point.z), _duration(at)
     row = _Row(point.arclength, parameter, rotation, states, low, high, *growth, *known)

@@ -11,13 +11,13 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.tori.circles import (
     RESONANCES,
     TORUS,
-    CirclePoint,
     Circles,
     resampled,
     slopes,
     tail,
     turned,
 )
+from slipfold.continuation.curve import Point
 from slipfold.continuation.interpolation import lagrange
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import TracedCurve
@@ -28,9 +28,7 @@ from slipfold.newton import Rule, find_root
 RULE = Rule(close=1e-12, iterations=12)
 
 
-def locked_interval(
-    before: CirclePoint, after: CirclePoint, ratio: Fraction
-) -> tuple[float, float] | None:
+def locked_interval(before: Point, after: Point, ratio: Fraction) -> tuple[float, float] | None:
     r"""Return the ends of the interval in which orbits lie on the torus; None if none was found.
 
     An orbit that closes after q returns is looked for at each phase of the circle, with the
@@ -114,7 +112,7 @@ BEYOND = (1.0, 2.0, 0.5)
 """Multiples of that distance at which a circle is searched on the other side."""
 
 
-def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoint] | None:
+def past_resonance(traced: TracedCurve[Point]) -> tuple[Circles, Point] | None:
     """Return a circle on the other side of the resonance at which tori ended.
 
     Near the resonance the states accumulate where the locked orbits will be, and harmonics grow. An
@@ -141,7 +139,7 @@ def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoi
     return None
 
 
-def _at(known: list[CirclePoint], rotation: float, side: float) -> CirclePoint | None:
+def _at(known: list[Point], rotation: float, side: float) -> Point | None:
     """Return the circle of a rotation number as others let expect it."""
     last = known[-1].curve
     circles = last.described_at(known[-1].z, last.count)

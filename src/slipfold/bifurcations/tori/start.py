@@ -12,10 +12,10 @@ from slipfold.bifurcations.tori.circles import (
     MAX_ANGLES,
     MIN_ANGLES,
     TORUS,
-    CirclePoint,
     Circles,
     tail,
 )
+from slipfold.continuation.curve import Point
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
@@ -28,9 +28,7 @@ RADII = tuple(0.02 / 2**k for k in range(8))
 """Radii of the first circle that are tried, in scaled states."""
 
 
-def first_circle(
-    model: Model, vary: str, width: float, state: Array, period: int
-) -> CirclePoint | None:
+def first_circle(model: Model, vary: str, width: float, state: Array, period: int) -> Point | None:
     r"""Return a small circle round an orbit with multipliers :math:`e^{\pm 2 \pi i \rho}`.
 
     To first order it is an ellipse in the plane of their eigenvectors; continuation leads to larger
@@ -76,7 +74,7 @@ on the torus."""
 
 def circle_from_trajectory(
     model: Model, vary: str, width: float, state: ArrayLike | Mapping[str, float]
-) -> CirclePoint | None:
+) -> Point | None:
     """Return the circle that a trajectory visits at phase zero; None if there is none.
 
     Its harmonics are averages along the trajectory; Newton's method makes them exact.
@@ -113,7 +111,7 @@ def _circles(states: Array, rotation: float, angle_periods: Array) -> Iterator[A
 
 def _corrected(
     model: Model, vary: str, width: float, period: int, circle: Array, rotation: float
-) -> CirclePoint | None:
+) -> Point | None:
     """Return the invariant circle near a curve at the same parameter, if it is resolved."""
     circles = Circles(model, vary, width, period, circle)
     guess = circles.join(circle, circles.others(rotation, model))
