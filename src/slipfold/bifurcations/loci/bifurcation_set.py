@@ -118,15 +118,7 @@ class _Search:
             and plane.contains([point.model.values[name] for name in plane.names])
         )
         loci = follow_found(
-            points,
-            plane.names,
-            plane.window,
-            plane.settings,
-            plane.observer,
-            self._types,
-            max(self._periods),
-            self._remarks,
-            through_stick=True,
+            points, plane, self._types, max(self._periods), self._remarks, through_stick=True
         )
         loci = without_duplicates(loci, plane.window)
         stopped = [*(line.interrupted for line in self.lines), *(each.interrupted for each in loci)]

@@ -46,8 +46,8 @@ from slipfold.bifurcations.loci.start import (
 )
 from slipfold.bifurcations.loci.window import (
     LocusLine,
+    Plane,
     Window,
-    locus_progress,
     measured_across,
     parse_plane,
 )
@@ -71,35 +71,6 @@ UNDAMPED = 1e-6
 
 UNFORCED = 1e-6
 """Amplitude of the forcing, over the width of the window, below which orbits are free cycles."""
-
-
-def trace_locus(
-    curve: LocusEquations,
-    start: OrbitPoint,
-    window: Window,
-    settings: Settings,
-    *,
-    departs: bool = False,
-    first_step: float = RULES.first_step,
-    watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
-    through_stick: bool = False,
-    events: Sequence[Event] = (),
-) -> TracedCurve[OrbitPoint]:
-    """Follow a locus in the direction of its tangent, to its end."""
-    orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
-    return follow(
-        curve,
-        start,
-        orbits.bounds(*window),
-        lambda curve: _monitors(curve, settings, events),
-        settings=settings,
-        departs=departs,
-        first_step=first_step,
-        cap=step_beside_parent if has_image(orbits) else None,
-        endings=_LocusEndings(window, settings),
-        otherwise=change.otherwise,
-        on_step=watch,
-    )
 
 
 def _monitors(
@@ -209,20 +180,17 @@ def follow_loci(
     check_events(events, vary, flow_of(base).output_names)
     largest = 2 * max(point.period for point in points)
     types = LOCUS_TYPES if switch else ()
-    settings, remarks = settings or Settings(), [] if remarks is None else remarks
+    remarks = [] if remarks is None else remarks
     if not base.forced:  # of its branch, sizes may be those at an end where nothing moves
         sizes = measured_across(base, vary, window).estimated_scales
         points = [replace(point, model=point.model.with_scales(sizes)) for point in points]
-    given = points, vary, window, settings, observer, types, largest, remarks
-    return follow_found(*given, events=events)
+    plane = Plane(base, vary, window, settings or Settings(), observer)
+    return follow_found(points, plane, types, largest, remarks, events=events)
 
 
 def follow_found(
     points: Iterable[SpecialPoint],
-    vary: tuple[str, str],
-    window: Window,
-    settings: Settings,
-    observer: Observer | None,
+    plane: Plane,
     types: Sequence[str],
     largest_period: int,
     remarks: list[str],
@@ -238,14 +206,14 @@ def follow_found(
     work: _Loci | None = None
     refusals: list[tuple[SpecialPoint, LocusEquations, NDArray[np.float64], InputError]] = []
     for point in points:
-        given = point.model, vary, window, settings, observer, types, largest_period
-        work = work or _Loci(*given, through_stick=through_stick, events=events)
+        own = replace(plane, model=point.model)
+        work = work or _Loci(own, types, largest_period, through_stick, events)
         try:
             curve, z = work.taken_up(point)
         except InputError as error:
             if not through_stick:
                 raise
-            remarks.append(_without_locus(point, vary, error))
+            remarks.append(_without_locus(point, plane.names, error))
             continue
         if curve.condition == "BP" and crossing_gap(curve.orbits, z) > RULES.vanishes:
             remarks.append(_isolated(curve, z))
@@ -264,7 +232,8 @@ def follow_found(
         raise refusals[0][-1]
     for point, curve, z, refusal in refusals:
         if work.passing(curve, z) is None:  # nor does a locus that was followed later
-            remarks.append(SEVERAL if point.several else _without_locus(point, vary, refusal))
+            alone = _without_locus(point, plane.names, refusal)
+            remarks.append(SEVERAL if point.several else alone)
     return as_loci(work.curves, work.leads, work.report_described)
 
 
@@ -301,26 +270,16 @@ class _Loci(CurveSet[OrbitPoint]):
 
     def __init__(
         self,
-        base: Model,
-        vary: tuple[str, str],
-        window: Window,
-        settings: Settings,
-        observer: Observer | None,
+        plane: Plane,
         types: Sequence[str],
         largest_period: int,
-        *,
         through_stick: bool,
         events: Sequence[Event],
     ) -> None:
         super().__init__()
+        self._plane, self._settings = plane, plane.settings
         self._through_stick, self._events = through_stick, events
-        self._base = base
-        self._vary = vary
-        self._window = window
-        self._settings = settings
-        self._observer = observer
-        self._types = types
-        self._largest_period = largest_period
+        self._types, self._largest_period = types, largest_period
         self._lines = 0  # followed so far, one in each direction
         self._bases: dict[str, Model] = {}
 
@@ -329,10 +288,9 @@ class _Loci(CurveSet[OrbitPoint]):
 
         Those of a kind share one model, so that unknowns compare.
         """
-        widths = [high - low for low, high in self._window]
-        plane = dict(zip(self._vary, widths, strict=True))
+        plane = dict(zip(self._plane.names, self._plane.size.tolist(), strict=True))
         given = {name: point.model.values[name] for name in OWN if not point.model.forced}
-        own = self._base.replace(**given)
+        own = self._plane.model.replace(**given)
         kind = "rests" if rests(point.model, point.nodes) else "moves"
         base = self._bases.setdefault(kind, own)
         orbits, z = as_unknown(point, base, plane, self._settings)
@@ -358,17 +316,19 @@ class _Loci(CurveSet[OrbitPoint]):
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a locus in one direction."""
         assert isinstance(start, LocusStart)
-        settings, departs, watch = self._settings, start.departs, self._report
-        traced = trace_locus(
+        orbits, settings, window = start.curve.orbits, self._settings, self._plane.window
+        traced = follow(
             start.curve,
             point,
-            self._window,
-            settings,
-            departs=departs,
+            orbits.bounds(*window),
+            lambda curve: _monitors(curve, settings, self._events),
+            settings=settings,
+            departs=start.departs,
             first_step=start.step,
-            watch=watch,
-            through_stick=self._through_stick,
-            events=self._events,
+            cap=step_beside_parent if has_image(orbits) else None,
+            endings=_LocusEndings(window, settings),
+            otherwise=Change(settings, through_stick=self._through_stick).otherwise,
+            on_step=self._report,
         )
         self._lines += 1
         if start.crosses and point is start.points[0]:
@@ -450,14 +410,14 @@ class _Loci(CurveSet[OrbitPoint]):
         self, followed: FollowedCurve[OrbitPoint], point: OrbitPoint, done: int
     ) -> None:
         """Report which normal form is computed next, unless interrupted."""
-        if self._observer is None or self.interrupted:
+        if self.interrupted:
             return
+        curve = followed.traced.curve
         total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)
-        place, title = (pair_of(followed.traced.curve, point), title_of(followed.traced.curve))
-        self._observer(locus_progress("normal forms", done, total, place, title))
+        self._plane.report("normal forms", done, total, pair_of(curve, point), title_of(curve))
 
     def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
-        if self._observer is None:
+        if self._plane.observer is None:
             return
         curve = traced.curve
         names = "".join(f", {found.type}" for found in traced.found)
@@ -465,7 +425,7 @@ class _Loci(CurveSet[OrbitPoint]):
         title = title_of(curve)
         text = f"{title}, {len(traced.points)} points{names}"
         line = LocusLine(self._lines, curve.condition, curve.orbits.period, title, start)
-        self._observer(locus_progress("loci", len(self.curves), None, last, text, line=line))
+        self._plane.report("loci", len(self.curves), None, last, text, line=line)
 
 
 def title_of(curve: LocusEquations) -> str:
