@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
@@ -363,11 +363,6 @@ def _bend(values: Array) -> Array:
     return np.asarray(left - 2 * values[rows, middle] + right)
 
 
-def _polynomial(coefficients: Array, places: Array) -> Array:
-    """Evaluate polynomials by Horner's rule. Shapes: coefficients (p, k); places (k,)."""
-    return reduce(lambda value, lower: value * places + lower, coefficients[::-1])
-
-
 def _least_between(values: Array) -> Array:
     """Return the minima of polynomials through samples, (k, 2 neighbors + 1) to (k,)."""
     least, bend, middle = values.min(axis=1), _bend(values), _middle(values)
@@ -376,11 +371,11 @@ def _least_between(values: Array) -> Array:
     curvatures = slopes[1:] * _ORDERS[1:-1]
     with np.errstate(divide="ignore", invalid="ignore"):
         for _ in range(3):
-            slope, curvature = _polynomial(slopes, places), _polynomial(curvatures, places)
+            slope, curvature = (polyval(places, each, False) for each in (slopes, curvatures))
             step = np.where(curvature > 0, slope / curvature, 0.0)
             places = np.minimum(np.maximum(places - step, low), high)
     # Where the samples lie on no polynomial, it says nothing.
-    found = np.maximum(_polynomial(coefficients, places), least - np.abs(bend))
+    found = np.maximum(polyval(places, coefficients, False), least - np.abs(bend))
     return np.asarray(np.minimum(found, least))
 
 
