@@ -148,7 +148,7 @@ def _at(known: list[Point], rotation: float, side: float) -> Point | None:
         states = resampled(point.curve.states(point.z), circles.count)
         unknowns.append(circles.join(states, point.z[point.curve.size :]))
     others = np.array(unknowns)
-    guess = lagrange(others[:, -2], rotation) @ others
+    guess = lagrange(others[:, -2].tolist(), rotation) @ others
     row = np.zeros(len(guess))
     row[-2] = side
     try:
