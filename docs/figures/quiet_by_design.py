@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.bifurcations.loci.locus import locus_curve
+from slipfold.bifurcations.loci.locus import lines_between
 from slipfold.parameter_space.optimum import ParameterizedOrbit, ParameterizedPoint
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import COLUMN, figure_style, settle
@@ -94,9 +94,7 @@ def draw_designs(ax, model, doubling, found):
 def draw_locus(ax, found):
     """Draw the NS points of the period-2 branch over the direction of the plate."""
     (locus,) = found.loci
-    curve = locus_curve(locus)
-    along = np.linspace(curve.knots[0], curve.knots[-1], 400)
-    alpha, value = curve.values(along).T
+    alpha, value = np.concatenate(lines_between(locus)).T
     ax.plot(np.degrees(alpha), value, color="black")
     (meeting,) = (point for _, point in found.special if point.type == "MIN")
     alpha, value = np.degrees(meeting.values[0]), meeting.values[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import islice, pairwise, takewhile
 
 import numpy as np
@@ -69,12 +69,12 @@ LOST = (
 )
 
 
+@dataclass(frozen=True, eq=False)
 class BranchEndings(Endings[OrbitPoint]):
     """The ends of branches in words."""
 
-    def __init__(self, span: tuple[float, float], settings: Stepping) -> None:
-        self._span = span
-        self._settings = settings
+    span: tuple[float, float]
+    settings: Stepping
 
     def left(self, traced: TracedCurve[OrbitPoint]) -> End:
         """Return the end of a branch that reached the end of the span.
@@ -123,7 +123,7 @@ class BranchEndings(Endings[OrbitPoint]):
     def _put_on_edge(self, traced: TracedCurve[OrbitPoint]) -> bool:
         """End a branch with the bifurcation that lies on the end of the span, if one does."""
         try:
-            on_edge = _end_on_edge(traced.curve, traced, self._span, self._settings)
+            on_edge = _end_on_edge(traced.curve, traced, self.span, self.settings)
         except BREAKDOWNS:
             return False
         if on_edge is None:

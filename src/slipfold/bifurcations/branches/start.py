@@ -67,24 +67,19 @@ def measured_over(
     return measured_within(model, values, None if orbit is None else orbit.nodes)
 
 
+@dataclass(frozen=True, eq=False)
 class FirstOrbit:
     """The search for the orbit with which the first branch of a response begins.
 
     Of an autonomous model that is an equilibrium.
     """
 
-    def __init__(
-        self,
-        model: Model,
-        vary: str,
-        span: tuple[float, float],
-        settings: Settings,
-        through_stick: bool,
-        report: Callable[[int], None],
-    ) -> None:
-        self._model, self._vary, self._span = model, vary, span
-        self._settings, self._through_stick = settings, through_stick
-        self._report = report  # called with the periods that have led to no orbit yet
+    model: Model
+    vary: str
+    span: tuple[float, float]
+    settings: Settings
+    through_stick: bool
+    report: Callable[[int], None]  # called with the periods that have led to no orbit yet
 
     def find(self, begin: Begin | None) -> tuple[Orbits, OrbitPoint, End]:
         """Return the orbits of the first branch, its first point, and why it begins there.
@@ -92,7 +87,7 @@ class FirstOrbit:
         Where the first value of the span has no response, it begins at the last.
         """
         orbits, point, reason = self._given(begin) if begin else self._at_an_end()
-        if self._settings.discretization == "collocation" and orbits.kind == "periodic":
+        if self.settings.discretization == "collocation" and orbits.kind == "periodic":
             by_mesh = by_collocation(orbits, point)
             if by_mesh is None:
                 raise InputError(
@@ -105,48 +100,48 @@ class FirstOrbit:
         return point.curve if orbits.by.adapts else orbits, point, reason
 
     def _given(self, begin: Begin) -> tuple[Orbits, OrbitPoint, End]:
-        first, last = self._span
+        first, last = self.span
         # On the last value it can only go back.
         width = first - last if begin.value == last else last - first
         ends = begin.value, begin.value + width
         if begin.orbit is not None:
-            start = _from_orbit(begin.orbit, self._vary, *ends)
+            start = _from_orbit(begin.orbit, self.vary, *ends)
         else:
-            there = self._model.replace(**{self._vary: begin.value})
-            start = equilibrium_start(there, self._vary, *ends, begin.state)
-        return *start, span_begin(self._vary, begin.value)
+            there = self.model.replace(**{self.vary: begin.value})
+            start = equilibrium_start(there, self.vary, *ends, begin.state)
+        return *start, span_begin(self.vary, begin.value)
 
     def _at_an_end(self) -> tuple[Orbits, OrbitPoint, End]:
-        first, last = self._span
+        first, last = self.span
         try:
-            return *self._at(first, last), span_begin(self._vary, first)
+            return *self._at(first, last), span_begin(self.vary, first)
         except InputError as error:
-            sticking = self._sticking(first) if self._through_stick else None
+            sticking = self._sticking(first) if self.through_stick else None
             if sticking is not None:
                 return self._given(sticking)
             try:
                 start = self._at(last, first)
             except InputError:
                 raise error from None
-        what = "response of period 1" if self._model.forced else "equilibrium"
+        what = "response of period 1" if self.model.forced else "equilibrium"
         reason = (
-            f"there is no regular {what} at {self._vary} = {first:g}, so the span was followed "
-            f"from its other end, {self._vary} = {last:g}"
+            f"there is no regular {what} at {self.vary} = {first:g}, so the span was followed "
+            f"from its other end, {self.vary} = {last:g}"
         )
         return *start, End("span", reason, last)
 
     def _at(self, value: float, other: float) -> tuple[Orbits, OrbitPoint]:
         """Return the response or the equilibrium at one end of the span."""
-        model = self._model.replace(**{self._vary: value})
+        model = self.model.replace(**{self.vary: value})
         try:
             if not model.forced:
-                return equilibrium_start(model, self._vary, value, other)
+                return equilibrium_start(model, self.vary, value, other)
             return self._response(model, value, other)
         except InputError:
             raise
         except BREAKDOWNS as error:
             raise InputError(
-                f"nothing was found at {self._vary} = {value:g}: {breakdown(error)}; start the "
+                f"nothing was found at {self.vary} = {value:g}: {breakdown(error)}; start the "
                 "span elsewhere"
             ) from None
 
@@ -154,16 +149,16 @@ class FirstOrbit:
         self, model: Model, value: float, other: float
     ) -> tuple[ForcedOrbits, OrbitPoint]:
         """Return the response of period 1."""
-        orbits = forced_orbits(model, self._vary, abs(other - value), self._settings)
-        implicitly = self._settings.discretization != "shooting"
+        orbits = forced_orbits(model, self.vary, abs(other - value), self.settings)
+        implicitly = self.settings.discretization != "shooting"
         orbits, correction = find_response(
-            orbits, value, implicitly=implicitly, on_progress=self._report
+            orbits, value, implicitly=implicitly, on_progress=self.report
         )
         if correction.converged:
             row = hold_parameter(orbits.size) * np.sign(other - value)
             correction = correct(orbits, correction.z, row)
         if not correction.converged:
-            slips = not self._through_stick and contacts_of(model)
+            slips = not self.through_stick and contacts_of(model)
             advice = model.advice or (SLIPS if slips else "start the span elsewhere")
             raise InputError(
                 f"no response of period 1 was found at {orbits.vary} = {value:g}: "
@@ -176,12 +171,12 @@ class FirstOrbit:
 
         Where there are no orbits in slip either, it is said why there is none that sticks.
         """
-        if not self._model.forced or not contacts_of(self._model):
+        if not self.model.forced or not contacts_of(self.model):
             return None
         try:
-            orbit = periodic_orbit(self._model)
+            orbit = periodic_orbit(self.model)
         except InputError:
-            if may_slip(self._model):
+            if may_slip(self.model):
                 return None
             raise
         return Begin(value, orbit) if isinstance(orbit, StickSlipOrbit) else None

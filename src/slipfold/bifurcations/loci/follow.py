@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -90,19 +90,19 @@ def _monitors(
     ]
 
 
+@dataclass(frozen=True, eq=False)
 class _LocusEndings(Endings[OrbitPoint]):
     """The ends of loci in words."""
 
-    def __init__(self, window: Window, settings: Settings) -> None:
-        self._window = window
-        self._settings = settings
+    window: Window
+    settings: Settings
 
     def left(self, traced: TracedCurve[OrbitPoint]) -> End:
         """Return the end of a locus that left the window."""
         curve, last = traced.curve, traced.points[-1]
         gaps = [
             min(abs(last.z[place] - low), abs(high - last.z[place]))
-            for place, low, high in curve.orbits.bounds(*self._window)
+            for place, low, high in curve.orbits.bounds(*self.window)
         ]
         nearest = gaps.index(min(gaps))
         edge = curve.place(last.z)[nearest]
@@ -112,7 +112,7 @@ class _LocusEndings(Endings[OrbitPoint]):
     def failed(self, traced: TracedCurve[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
         curve, last = traced.curve, traced.points[-1]
-        stop = ends_beside_parent(curve, last, self._settings)
+        stop = ends_beside_parent(curve, last, self.settings)
         if stop is not None and stop.beyond is not None:
             traced.points.append(stop.beyond)
             traced.reached = (stop.reached,)

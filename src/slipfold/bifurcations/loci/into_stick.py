@@ -19,7 +19,7 @@ from slipfold.bifurcations.loci.fan import (
     slips_in_planes,
 )
 from slipfold.bifurcations.loci.isolated import ISOLATED
-from slipfold.bifurcations.loci.locus import Locus, locus_curve
+from slipfold.bifurcations.loci.locus import Locus, lines_between
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck
 from slipfold.bifurcations.loci.window import Plane, Window
 from slipfold.errors import InputError
@@ -176,12 +176,9 @@ def unfinished(plane: Plane, line: FanLine, loci: Sequence[Locus]) -> Iterator[s
 
 
 def _lies_on_one(place: Array, loci: Sequence[Locus], size: Array) -> bool:
-    for locus in loci:
-        curve = locus_curve(locus)
-        for i in range(len(locus) - 1):
-            if (np.linalg.norm((curve.between(i) - place) / size, axis=1) < RULES.on_locus).any():
-                return True
-    return False
+    lines = (line for locus in loci for line in lines_between(locus))
+    gaps = (np.linalg.norm((line - place) / size, axis=1) for line in lines)
+    return any((gap < RULES.on_locus).any() for gap in gaps)
 
 
 def stable_states_near(line: FanLine, value: float) -> Iterator[Array]:

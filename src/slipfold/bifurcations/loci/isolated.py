@@ -46,28 +46,19 @@ class IsolatedRules:
 ISOLATED = IsolatedRules()
 
 
-@dataclass(frozen=True)
-class StableSpan:
-    """A segment of a branch between two bifurcations on which it is stable."""
+def stable_rows(branch: Branch, value: float) -> Iterator[NDArray[np.intp]]:
+    """Yield the rows of the stable segments of a branch that pass a value of the parameter.
 
-    # Least and largest value of the parameter
-    low: float
-    high: float
-    rows: tuple[int, int]  # first row of the branch on the segment, and the one after the last
-
-
-def stable_spans(branch: Branch) -> list[StableSpan]:
-    """Return the stable segments of a branch; between bifurcations its parameter is monotonic."""
+    Between two bifurcations its parameter is monotonic.
+    """
     if not len(branch):
-        return []
+        return
     marks = [p.value for p in branch.special if p.type in BIFURCATION_TYPES]
     values = [float(branch.parameter[0]), *marks, float(branch.parameter[-1])]
-    spans = []
-    for interval, (a, b) in zip(stability_intervals(branch), pairwise(values), strict=True):
-        if interval.stable:
+    for interval, ends in zip(stability_intervals(branch), pairwise(values), strict=True):
+        if interval.stable and min(ends) <= value <= max(ends):
             first, last = np.searchsorted(branch.arclength, [interval.begin, interval.end])
-            spans.append(StableSpan(min(a, b), max(a, b), (int(first), min(last + 1, len(branch)))))
-    return spans
+            yield np.arange(first, min(last + 1, len(branch)))
 
 
 def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[NDArray[np.float64]]]:
@@ -77,12 +68,11 @@ def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[ND
     """
     found: dict[int, list[NDArray[np.float64]]] = {}
     for branch in branches:
-        for span in stable_spans(branch):
-            if span.low <= value <= span.high:
-                nodes = _orbit_on(branch, span, value)
-                known = found.setdefault(branch.period, [])
-                if nodes is not None and not is_among(branch.model, nodes, branch.period, known):
-                    known.append(nodes)
+        for rows in stable_rows(branch, value):
+            nodes = _orbit_on(branch, rows, value)
+            known = found.setdefault(branch.period, [])
+            if nodes is not None and not is_among(branch.model, nodes, branch.period, known):
+                known.append(nodes)
     return {period: orbits for period, orbits in found.items() if orbits}
 
 
@@ -100,12 +90,11 @@ def is_among(
     return any(gap.max(axis=1).min() < ISOLATED.same for gap in gaps)
 
 
-def _orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.float64] | None:
+def _orbit_on(branch: Branch, rows: NDArray[np.intp], value: float) -> NDArray[np.float64] | None:
     """Return the orbit at a value of the parameter, None if Newton's method does not find it.
 
     Returns shape (m, n_states).
     """
-    rows = np.arange(*span.rows)
     order = rows[np.argsort(np.abs(branch.parameter[rows] - value), kind="stable")]
     width = float(np.ptp(branch.parameter)) or 1.0
     orbits = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, branch.nodes.shape[1])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -209,28 +210,14 @@ PIECES = 12
 """Straight pieces between neighboring points."""
 
 
-@dataclass(frozen=True, eq=False)
-class LocusCurve:
-    """Values of both parameters as smooth functions of the arclength."""
-
-    knots: Array  # arclength of the points of the locus, shape (n,)
-    values: Callable[[Array], Array]  # callable on arclengths of shape (k,), gives shape (k, 2)
-
-    def between(self, index: int) -> Array:
-        """Return the line from one point of the locus to the next, shape (k, 2)."""
-        s = np.linspace(self.knots[index], self.knots[index + 1], PIECES + 1)
-        return np.asarray(self.values(s))
-
-
-def locus_curve(locus: Locus) -> LocusCurve:
-    """Interpolate a locus.
+def lines_between(locus: Locus) -> list[Array]:
+    """Return the smooth line from each point of a locus to the next, of shape (k, 2).
 
     In the arclength of all unknowns the parameters are smooth even at a cusp of the locus.
     """
-    from scipy.interpolate import CubicSpline, interp1d
+    from scipy.interpolate import CubicSpline
 
-    if len(locus) < 3:
-        values = interp1d(locus.arclength, locus.values, axis=0)
-    else:
-        values = CubicSpline(locus.arclength, locus.values)
-    return LocusCurve(locus.arclength, values)
+    if len(locus) < 2:
+        return []
+    curve = CubicSpline(locus.arclength, locus.values)
+    return [curve(np.linspace(*ends, PIECES + 1)) for ends in pairwise(locus.arclength)]

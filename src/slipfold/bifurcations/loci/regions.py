@@ -16,7 +16,7 @@ from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.fan import BranchEnd, FanLine
 from slipfold.bifurcations.loci.into_stick import add_sticking, changes_in_stick, sticking_checks
 from slipfold.bifurcations.loci.isolated import ISOLATED, Starts
-from slipfold.bifurcations.loci.locus import Locus, locus_curve
+from slipfold.bifurcations.loci.locus import Locus, lines_between
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap
 from slipfold.bifurcations.loci.region_votes import (
     REGIONS,
@@ -117,11 +117,10 @@ def _boundaries(
 ) -> Iterator[Array]:
     """Polylines on which stable responses begin or end."""
     for locus in loci:
-        outside = np.array([_others_outside(locus, i) for i in range(len(locus))])
-        curve = locus_curve(locus)
-        for i in range(len(locus) - 1):
-            if not (outside[i] and outside[i + 1]):
-                yield curve.between(i)
+        outside = [_others_outside(locus, i) for i in range(len(locus))]
+        for line, ends in zip(lines_between(locus), pairwise(outside), strict=True):
+            if not all(ends):
+                yield line
     yield from _gaps_near_stick(plane, loci, lines, grazing)
     yield from _limit_lines(plane, lines, grazing)
 
@@ -151,12 +150,7 @@ def _gaps_near_stick(
     """Join loci in slip, which end short of stick, to where responses beside them come to it."""
     if not any(locus.type in MET for locus in loci):
         return
-    grazings = [
-        locus_curve(locus).between(i)
-        for locus in loci
-        for i in range(len(locus) - 1)
-        if locus.type in MET
-    ]
+    grazings = [line for locus in loci if locus.type in MET for line in lines_between(locus)]
     doubled = [
         plane.place(line.vary, end.value, line.value)
         for line in lines
