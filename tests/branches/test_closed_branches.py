@@ -78,7 +78,7 @@ def test_cycles_that_a_doubled_branch_closes_on_are_followed(monkeypatch):
     def closed(orbits, children, first, *meeting):
         stop = close(orbits, children, first, *meeting)
         if stop.reached:
-            again = close(orbits, children, stop.reached.start, *meeting)
+            again = close(orbits, children, stop.reached, *meeting)
             where_it_began.append(again.end.kind)
         return stop
 

@@ -48,7 +48,7 @@ def test_each_turn_of_a_branch_is_a_fold(kind, monkeypatch):
     assert [item.type for item in branch.special] == ["LP", "LP"]
     assert reversals(branch.parameter) == 2
     assert not branch.failed
-    monkeypatch.setattr(Bifurcations, "watch", lambda self, stretch: MonitorResult())
+    monkeypatch.setattr(Bifurcations, "__call__", lambda self, interval: MonitorResult())
     branch = followed(kind)
     assert branch.special == ()
     assert branch.stopped.kind == "contradiction"
@@ -68,7 +68,7 @@ def test_a_loss_of_stability_that_nothing_explains_is_a_contradiction(monkeypatc
 
 @pytest.mark.parametrize("kind", ["cycles", "equilibria"])
 def test_a_branch_that_repeats_itself_ends(kind, monkeypatch):
-    monkeypatch.setattr(Returns, "watch", lambda self, stretch: MonitorResult())
+    monkeypatch.setattr(Returns, "__call__", lambda self, interval: MonitorResult())
     branch = followed(kind)
     assert [item.type for item in branch.special] == ["LP"] * 6  # three in each direction
     assert branch.stopped.kind == "contradiction"
@@ -84,7 +84,7 @@ def test_each_turn_of_a_locus_is_an_extremum(monkeypatch):
     (locus,) = sf.locus(branch.special[0], ("w", "h"), window, switch=False).loci
     assert [item.type for item in locus.special if item.type in ("MIN", "MAX")] == ["MIN"]
     assert (reversals(locus.values[:, 0]), reversals(locus.values[:, 1])) == (0, 1)
-    monkeypatch.setattr(SpecialPoints, "watch", lambda self, stretch: MonitorResult())
+    monkeypatch.setattr(SpecialPoints, "__call__", lambda self, interval: MonitorResult())
     diagram = sf.locus(branch.special[0], ("w", "h"), window, switch=False)
     assert "contradiction" in (diagram.loci[0].started.kind, diagram.loci[0].stopped.kind)
     assert diagram.failed
