@@ -143,14 +143,6 @@ def lagrange(where: Sequence[Any], target: Any) -> Array:
     return np.array(weights)
 
 
-def polynomial(where: Array, values: Array, targets: Array) -> Array:
-    """Evaluate Lagrange's polynomial at many targets.
-
-    Shapes: where (k,); values (k,) or (k, m); targets (t,); returns (t,) or (t, m).
-    """
-    return polynomial_weights(where, targets) @ values
-
-
 def polynomial_weights(where: Array, targets: Array) -> Array:
     """Return the weights of values in their interpolation polynomial at many targets.
 

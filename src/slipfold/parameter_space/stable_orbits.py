@@ -12,7 +12,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import measured_over
-from slipfold.continuation.interpolation import polynomial
+from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -155,13 +155,13 @@ def _guesses(branch: Branch, value: float) -> list[Array]:
         start = max(min(first - 1, len(arclength) - 4), 0)
         near = slice(start, start + 4)
         along = np.linspace(arclength[first], arclength[first + 1], 65)
-        between = polynomial(arclength[near], parameter[near], along) - value
+        between = polynomial_weights(arclength[near], along) @ parameter[near] - value
         between[[0, -1]] = before, after
         place = int(np.flatnonzero(between[:-1] * between[1:] <= 0)[0])
         low, high = between[place : place + 2]
         target = along[place] + (along[1] - along[0]) * (-low / (high - low) if high != low else 0)
-        flat = polynomial(arclength[near], nodes[near].reshape(-1, nodes[0].size), target[None])
-        result.append(flat[0].reshape(shape))
+        weights = polynomial_weights(arclength[near], target[None])[0]
+        result.append(np.tensordot(weights, nodes[near], 1))
     return result
 
 
