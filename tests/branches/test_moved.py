@@ -67,7 +67,7 @@ def test_every_point_is_an_orbit_with_its_multipliers(both):
         problem = ForcedOrbits(branch.model, {"Nd": 1.0}, branch.period)
         assert branch.residual.max() < 1e-10
         for i, (nodes, value) in enumerate(zip(branch.nodes, branch.parameter, strict=True)):
-            z = problem.pack(nodes, value)
+            z = problem.join(nodes, value)
             assert np.abs(problem.defect(z)).max() < 1e-9
             if branch.started.kind == "bifurcation" and i == 0:
                 continue  # the parent's orbit passed twice

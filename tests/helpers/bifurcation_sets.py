@@ -133,7 +133,7 @@ def _locus_curve(locus):
     vary = dict(zip(locus.vary, widths, strict=True))
     orbits = ForcedOrbits(locus.model, vary, locus.period, locus.nodes.shape[1])
     pairs = zip(locus.nodes, locus.values, strict=True)
-    s, z = locus.arclength, np.array([orbits.pack(*pair) for pair in pairs])
+    s, z = locus.arclength, np.array([orbits.join(*pair) for pair in pairs])
     spline = CubicSpline(s, z)
     grid = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(s)]))
     return widths, LocusEquations(orbits, locus.type), z, spline, grid, spline(grid)
@@ -185,7 +185,7 @@ def _branch_curve(branch):
     segments = branch.nodes.shape[1]
     problem = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, segments)
     pairs = zip(branch.nodes, branch.parameter, strict=True)
-    z = np.array([problem.pack(*pair) for pair in pairs])
+    z = np.array([problem.join(*pair) for pair in pairs])
     return problem, CubicSpline(branch.arclength, z)
 
 
@@ -202,7 +202,7 @@ def passes(branch, orbit, value):
     places = spline(grid)
     for turn in range(branch.period):
         rolled = np.roll(orbit.nodes, -turn * problem.segments // branch.period, axis=0)
-        target = problem.pack(rolled, value)
+        target = problem.join(rolled, value)
         distance = np.linalg.norm(places - target, axis=1)
         falls, rises = distance[1:] <= distance[:-1], distance[:-1] <= distance[1:]
         nearest = np.flatnonzero(np.r_[True, falls] & np.r_[rises, True] & (distance < NEAR))

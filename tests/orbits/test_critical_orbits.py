@@ -93,7 +93,7 @@ def test_jacobian_at_a_strong_resonance(kind):
     for item in resonances:
         assert np.abs(item.multipliers - 1).max() < 1e-4  # a double one: the root of 1e-9
         orbits = ForcedOrbits(item.model, {"w": 0.2, "a": 0.3}, 1, len(item.nodes))
-        check_jacobian(Critical(orbits, kind), orbits.pack(item.nodes, np.array(item.values)))
+        check_jacobian(Critical(orbits, kind), orbits.join(item.nodes, np.array(item.values)))
 
 
 @pytest.mark.parametrize(("kind", "period", "f", "plane"), [POINTS[0], POINTS[3], POINTS[5]])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import MANY, Field, LinearPart, Stages, solve_intervals
 from slipfold.models.model import Model
-from slipfold.orbits.discretization import GAUSS, Cut, Scheme
+from slipfold.orbits.discretization import GAUSS, Scheme
 from slipfold.orbits.meshes import (
     FLOOR,
     INTERVALS,
@@ -92,11 +91,6 @@ class Collocation(MeshDiscretization):
         other = Collocation(*given, edges=edges, scheme=scheme or self._scheme)
         other.measure_in(self.scales)
         return other
-
-    @property
-    def cut(self) -> Cut:
-        """Makes others of this kind."""
-        return partial(Collocation, scheme=self._scheme)
 
     # -- equations -----------------------------------------------------------------------------
 

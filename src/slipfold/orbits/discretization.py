@@ -186,11 +186,6 @@ class Discretization(ABC):
         """
         return wrap_angles(ends - nodes, self.angle_periods)
 
-    @property
-    def cut(self) -> Cut:
-        """Makes others of this kind."""
-        return type(self)
-
     @abstractmethod
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n).

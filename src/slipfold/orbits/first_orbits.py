@@ -114,7 +114,7 @@ def _from_zero_forcing(
     if forcing is None or not model.values[forcing]:
         return "Newton's method does not converge from the linear response"
     target = model.values[forcing]
-    rising = ForcedOrbits(model, {forcing: abs(target)}, 1, orbits.segments, orbits.by.cut)
+    rising = orbits.at_values_of(model).varying({forcing: abs(target)})
     rest = guess_orbit(rising, 0.0)
     if not rest.converged:
         return f"there is no rest state with {forcing} = 0: {rest.failure}"
@@ -166,7 +166,7 @@ def _from_rest(
 
 
 def _corrected(orbits: ForcedOrbits, nodes: Array, value: float) -> Correction:
-    guess = orbits.pack(nodes, value)
+    guess = orbits.join(nodes, value)
     return correct(orbits, guess, hold_parameter(orbits.size), iterations=SEARCH.iterations)
 
 
@@ -204,7 +204,7 @@ def _stiff_response(
     even = Collocation(sized, free, edges=edges)
     by = even.on(edges, even.scheme(nodes, constants))
     other = ForcedOrbits(sized, free, by=lambda *_: by)
-    guess = other.pack(nodes, model.values[orbits.vary])
+    guess = other.join(nodes, model.values[orbits.vary])
     return other, correct(other, guess, hold_parameter(other.size))
 
 

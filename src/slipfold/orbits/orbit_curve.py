@@ -373,19 +373,12 @@ class Orbits(OrbitCurve):
 
     # -- what z means --------------------------------------------------------------------------
 
-    def join(self, nodes: Array, values: Sequence[float] | Array) -> Array:
+    def join(self, nodes: Array, values: float | Sequence[float] | Array) -> Array:
         """Scale an orbit and the values of the free parameters into an unknown.
 
         Shapes: nodes (m, n).
         """
         return np.concatenate([self.flat(nodes), np.asarray(values) / self.units])
-
-    def pack(self, nodes: Array, values: float | Array) -> Array:
-        """Return the unknown of an orbit of which nothing but what varies is free.
-
-        Shapes: nodes (m, n).
-        """
-        return self.join(nodes, np.atleast_1d(values))
 
     def unknown(self, nodes: Array, model: Model) -> Array:
         """Return the unknown of an orbit of a model. Shapes: nodes (m, n)."""

@@ -179,7 +179,7 @@ def orbits_at(
     """
     width = float(np.ptp(values)) or abs(float(values[0])) or 1.0
     orbits = ForcedOrbits(model, {vary: width}, period, guesses.shape[1])
-    z = np.array([orbits.pack(*item) for item in zip(guesses, values, strict=True)])
+    z = np.array([orbits.join(*item) for item in zip(guesses, values, strict=True)])
     rows = np.tile(hold_parameter(orbits.size), (len(z), 1))
     corrected = correct_orbits(orbits, z, rows, RULES.close)
     result: list[StableOrbit | None] = [None] * len(z)

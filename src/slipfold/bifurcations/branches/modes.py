@@ -97,7 +97,7 @@ def trace_mode(
     there = measured_over(model, XI.name, span).replace(xi=mode.xi)
     paced = there.replace(duration=unit_of_time(evaluation_of(there).jacobian(there, mode.rest)))
     orbits = Equilibria(paced, {XI.name: span[1] - span[0]})
-    z = orbits.pack(mode.rest[None], mode.xi)
+    z = orbits.join(mode.rest[None], mode.xi)
     residual, method = orbits.residual(orbits.defect(z)), partial(method_for, settings)
     start = hopf_cycle(orbits, z, residual, method, frequency=mode.frequency)
     tree = _Modes(model.parameter(XI.name), span, settings, (event,), observer, False)

@@ -205,11 +205,11 @@ def equilibrium_start(
     jacobian = evaluation_of(model).jacobian(model, state)
     width = {vary: abs(last - first)}
     unpaced = Equilibria(model, width)
-    z = unpaced.pack(state[None], first)
+    z = unpaced.join(state[None], first)
     pushed = np.abs(unpaced.linearize(z).jacobian[:, -1]).max() / unpaced.unit(z)
     orbits = Equilibria(model.replace(duration=unit_of_time(jacobian, pushed)), width)
     row = hold_parameter(orbits.size) * np.sign(last - first)
-    correction = correct(orbits, orbits.pack(state[None], first), row)
+    correction = correct(orbits, orbits.join(state[None], first), row)
     if not correction.converged:
         raise InputError(
             f"no equilibrium of {model.name} was found at {vary} = {first:g}: "

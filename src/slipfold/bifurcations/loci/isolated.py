@@ -99,7 +99,7 @@ def _orbit_on(branch: Branch, rows: NDArray[np.intp], value: float) -> NDArray[n
     width = float(np.ptp(branch.parameter)) or 1.0
     orbits = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, branch.nodes.shape[1])
     for row in order[:2]:
-        guess = orbits.pack(branch.nodes[row], value)
+        guess = orbits.join(branch.nodes[row], value)
         correction = correct(orbits, guess, hold_parameter(orbits.size), iterations=15)
         if correction.converged and correction.linearization is not None:
             multipliers = np.linalg.eigvals(correction.linearization.monodromy)

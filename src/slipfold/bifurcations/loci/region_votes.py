@@ -227,7 +227,7 @@ def _continued(
             return str(error)
         return broken_limit(orbits, point.z)
 
-    reached = continue_to(Straight(orbits, begin, end), orbits.pack(nodes, begin), end[-1], refuse)
+    reached = continue_to(Straight(orbits, begin, end), orbits.join(nodes, begin), end[-1], refuse)
     return None if isinstance(reached, Failure) else orbits.nodes(reached.z)
 
 

@@ -341,7 +341,7 @@ def _parent_start(
     nodes = orbits.nodes(point.z)
     if orbits.period % 2:
         resting = Equilibria(orbits.model, orbits.varied, Cayley())
-        z = resting.pack(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
+        z = resting.join(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
         parent = LocusEquations(resting, "HB")
     else:
         half = orbits.with_period(orbits.period // 2)
