@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.continuation.newton import SINGULAR, Correction, Linearized, WholeMatrix, correct
+from slipfold.errors import BREAKDOWNS
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +94,25 @@ class Curve(ABC, Generic[P]):
     @abstractmethod
     def point(self, correction: Correction, arclength: float) -> P:
         """Return a converged correction as a point, with its test functions."""
+
+    def nearest(
+        self,
+        guess: Array,
+        row: Array,
+        arclength: float = 0.0,
+        within: float = np.inf,
+        **given: Any,
+    ) -> P | None:
+        """Return the point nearest a guess in a hyperplane, None if none is found.
+
+        Nor is one that is farther than `within`. What `correct` takes besides may be given.
+        """
+        try:
+            found = correct(self, guess, row, **given)
+            near = found.converged and found.distance <= within
+            return self.point(found, arclength) if near else None
+        except BREAKDOWNS:
+            return None
 
     def blended(self, known: Sequence[Any], weights: Array) -> Linearized | None:
         """Return a weighted sum of derivatives at several points, None if they are not stored."""

@@ -75,10 +75,8 @@ def _solution(
     curve: Curve[P], guess: Array, row: Array, s: float, near: Array, distance: float
 ) -> P | None:
     """Return the point next to a guess, of any piece; None if it is too far from an unknown."""
-    correction = correct(curve, guess, row)
-    if not correction.converged or np.linalg.norm(correction.z - near) > distance:
-        return None
-    return curve.point(correction, s)
+    point = curve.nearest(guess, row, s)
+    return None if point is None or np.linalg.norm(point.z - near) > distance else point
 
 
 def _parameter_row(point: P, sign: float = 1.0) -> Array:
@@ -306,12 +304,9 @@ def locate_vanishing(
 
     def at(s: float) -> tuple[P, float] | None:
         """Return the point of the piece at a distance along the tangent, with its function."""
-        correction = correct(curve, _extrapolated(passed[-POINTS:], s, row), row)
-        if not correction.converged:
-            return None
-        point = curve.point(correction, start.arclength + s)
-        value = left(point) if point.piece == start.piece else None
-        if value is None:
+        point = curve.nearest(_extrapolated(passed[-POINTS:], s, row), row, start.arclength + s)
+        value = left(point) if point is not None and point.piece == start.piece else None
+        if point is None or value is None:
             return None
         passed.append((s, point.z))
         return point, value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from slipfold.arrays import Array
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
-from slipfold.continuation.newton import correct
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.models.angles import wrap_angles
@@ -191,11 +190,10 @@ def _nearer(curve: OrbitCurve, before: OrbitPoint, last: OrbitPoint) -> OrbitPoi
     if guess is None:
         return None
     row = -_odd(curve.orbits, last.z)
-    correction = correct(curve, guess, row / np.linalg.norm(row))
-    if not correction.converged:
+    point = curve.nearest(guess, row / np.linalg.norm(row))
+    if point is None:
         return None
-    away = float(np.linalg.norm(correction.z - last.z))
-    return curve.point(correction, last.arclength + away)
+    return replace(point, arclength=last.arclength + float(np.linalg.norm(point.z - last.z)))
 
 
 def _extrapolated(

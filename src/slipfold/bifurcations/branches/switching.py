@@ -15,7 +15,6 @@ from slipfold.bifurcations.branches.homoclinic import snakes_about
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import method_for
 from slipfold.continuation.curve_set import FollowedCurve, Start
-from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import hold_parameter
@@ -168,10 +167,9 @@ def _beside(orbits: Orbits, point: OrbitPoint, row: Array, space: Array) -> Orbi
     for _ in range(3):  # until the row is the direction of the branch itself
         row = row / np.linalg.norm(row)
         guess = _nearest_orbit(orbits, point.z, BIFURCATION.radius * row, space)
-        correction = correct(orbits, guess, row)
-        if not correction.converged:
+        found = orbits.nearest(guess, row)
+        if found is None:
             return None
-        found = orbits.point(correction, 0.0)
         row = (found.z - point.z) @ space.T @ space
     return found
 
@@ -207,10 +205,11 @@ def _spectra(
             guess = point.z + away * (wanted / away[-1]) ** (grows * away[-1] / along[-1])
         guess[-1] = point.z[-1] + wanted
         reach = 0.2 * float(np.linalg.norm(guess - point.z))
-        correction = correct(orbits, guess, hold_parameter(orbits.size), reach=reach)
-        if not correction.converged or correction.distance > reach:  # on another branch
+        row = hold_parameter(orbits.size)
+        found = orbits.nearest(guess, row, within=reach, reach=reach)
+        if found is None:  # it is on another branch
             return
-        item = orbits.point(correction, 0.0)
+        item = found
         yield wanted, item.multipliers
 
 

@@ -12,7 +12,6 @@ from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus
 from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
 from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
 from slipfold.continuation.end import End
-from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Zeros, contracts_between
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.errors import BREAKDOWNS
@@ -52,8 +51,8 @@ def has_branch_point(curve: LocusEquations, point: OrbitPoint) -> bool:
 def _branch_point(crossing: LocusEquations, point: OrbitPoint) -> OrbitPoint | None:
     """Return the branch point next to a point, None if Newton's method finds none."""
     z = point.z
-    start = correct(crossing, z, np.linalg.svd(crossing.linearize(z).jacobian)[2][-1])
-    return crossing.point(start, point.arclength) if start.converged else None
+    along = np.linalg.svd(crossing.linearize(z).jacobian)[2][-1]
+    return crossing.nearest(z, along, point.arclength)
 
 
 def _zero(curve: LocusEquations, known: OrbitPoint, test: str) -> Found[OrbitPoint] | None:
@@ -61,10 +60,9 @@ def _zero(curve: LocusEquations, known: OrbitPoint, test: str) -> Found[OrbitPoi
     places, values, place = [0.0], [known.tests[test]], RULES.first_secant
     for _ in range(RULES.secants):
         guess = known.z + place * known.tangent
-        correction = correct(curve, guess, known.tangent)
-        if not correction.converged:
+        point = curve.nearest(guess, known.tangent, known.arclength)
+        if point is None:
             return None
-        point = curve.point(correction, known.arclength)
         places.append(place)
         values.append(point.tests[test])
         slope = (values[-1] - values[-2]) / (places[-1] - places[-2])

@@ -151,9 +151,9 @@ def of_each_pair(curve: LocusEquations, z: Array, settings: Settings) -> Iterato
     for along in curve.pair_tangents(z):
         tangent = along if along[-2:].sum() >= 0 else -along  # its sign is arbitrary
         guess = z + RULES.aside * tangent
-        found = correct(curve, guess, tangent, newton.tolerance, newton.iterations, RULES.aside / 2)
-        if found.converged:
-            point = curve.point(found, 0.0)
+        given = {"tolerance": newton.tolerance, "iterations": newton.iterations}
+        point = curve.nearest(guess, tangent, reach=RULES.aside / 2, **given)
+        if point is not None:
             yield LocusStart(curve, _rising_first(point, curve.turned(point)))
 
 

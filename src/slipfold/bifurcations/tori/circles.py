@@ -11,8 +11,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, Point
-from slipfold.continuation.newton import Correction, FactoredMatrix, correct
-from slipfold.errors import BREAKDOWNS
+from slipfold.continuation.newton import Correction, FactoredMatrix
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
@@ -271,14 +270,9 @@ class Circles(Curve[Point]):
         other = self.described_at(last.z, count)
         states, along = (resampled(self.states(part), count) for part in (last.z, last.tangent))
         row = other.join(along, last.tangent[self.size :])
-        try:
-            guess = other.join(states, last.z[self.size :])
-            correction = correct(other, guess, row / np.linalg.norm(row))
-        except BREAKDOWNS:
-            return None
-        if not correction.converged:
-            return None
-        return other, [other.point(correction, last.arclength)]
+        guess = other.join(states, last.z[self.size :])
+        found = other.nearest(guess, row / np.linalg.norm(row), last.arclength)
+        return None if found is None else (other, [found])
 
     def needed(self, z: Array) -> int:
         """Return at how many angles a circle should be described."""

@@ -19,9 +19,7 @@ from slipfold.bifurcations.tori.circles import (
 )
 from slipfold.continuation.curve import Point
 from slipfold.continuation.interpolation import lagrange
-from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import TracedCurve
-from slipfold.errors import BREAKDOWNS
 from slipfold.models.angles import wrap_angles
 from slipfold.newton import Rule, find_root
 
@@ -151,10 +149,6 @@ def _at(known: list[Point], rotation: float, side: float) -> Point | None:
     guess = lagrange(others[:, -2].tolist(), rotation) @ others
     row = np.zeros(len(guess))
     row[-2] = side
-    try:
-        correction = correct(circles, guess, row)
-    except BREAKDOWNS:
-        return None
-    if not correction.converged or tail(circles.states(correction.z)) > 1e3 * TORUS.tail:
-        return None
-    return circles.point(correction, 0.0)
+    found = circles.nearest(guess, row)
+    resolved = found is not None and tail(circles.states(found.z)) <= 1e3 * TORUS.tail
+    return found if resolved else None

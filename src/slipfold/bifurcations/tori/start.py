@@ -16,8 +16,6 @@ from slipfold.bifurcations.tori.circles import (
     tail,
 )
 from slipfold.continuation.curve import Point
-from slipfold.continuation.newton import correct
-from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import SmoothIntegration, initial_state
 from slipfold.long_term.exponents import bump, rotation_of
@@ -45,13 +43,9 @@ def first_circle(model: Model, vary: str, width: float, state: Array, period: in
         circles = Circles(model, vary, width, period, reference)
         others = circles.others(rotation, model)
         row = circles.join(ellipse, 0 * others)
-        try:
-            guess = circles.join(reference, others)
-            correction = correct(circles, guess, row / np.linalg.norm(row))
-        except BREAKDOWNS:
-            continue
-        if correction.converged:
-            return circles.point(correction, 0.0)
+        found = circles.nearest(circles.join(reference, others), row / np.linalg.norm(row))
+        if found is not None:
+            return found
     return None
 
 
@@ -117,10 +111,6 @@ def _corrected(
     guess = circles.join(circle, circles.others(rotation, model))
     row = np.zeros(len(guess))
     row[-1] = 1.0
-    try:
-        correction = correct(circles, guess, row)
-    except BREAKDOWNS:
-        return None
-    if not correction.converged or tail(circles.states(correction.z)) > TORUS.tail:
-        return None
-    return circles.point(correction, 0.0)
+    found = circles.nearest(guess, row)
+    resolved = found is not None and tail(circles.states(found.z)) <= TORUS.tail
+    return found if resolved else None
