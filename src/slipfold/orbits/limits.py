@@ -46,20 +46,15 @@ def far_above(bounds: Array, swings: Array) -> Array:
     return np.asarray(bounds + np.where(bounds > 0, bounds, SEARCH.near * swings))
 
 
-def limit_margins(orbits: Orbits, z: Array) -> Array:
-    """Return by how much each watched output stays above its bound over the orbit.
+def limit_margins(orbits: Orbits, z: Array) -> tuple[Array, Array]:
+    """Return by how much each watched output stays above its bound, and margins far from it.
 
     The first look is at states that are known, the second samples the orbit evenly. Where an output
     could be lower between samples, by its slope or its bend, its minimum over the continuous orbit
     is computed as closely as it takes to see that it is far above the bound.
 
-    Returns shape (n_limits,).
+    Each has the shape (n_limits,).
     """
-    return limit_rooms(orbits, z)[0]
-
-
-def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
-    """Return the margins of limits, and margins that are far from them, each (n_limits,)."""
     limits = orbits.model.limits
     if not limits:
         return np.empty(0), np.empty(0)
@@ -74,7 +69,7 @@ def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
         far = far_above(bounds, np.ptp(values, axis=0))
         if (values.min(axis=0) - fall >= far).all():
             return np.asarray(values.min(axis=0) - bounds), far - bounds
-    margins, rooms = many_rooms(flow, constants, limits, orbits.evenly(z)[None], orbits.period)
+    margins, rooms = many_margins(flow, constants, limits, orbits.evenly(z)[None], orbits.period)
     return margins[0], rooms[0]
 
 
@@ -82,11 +77,11 @@ def margins_at(point: OrbitPoint) -> Array:
     """Return the margins of a point's orbit, computed once: near a singularity that takes long."""
     known = vars(point)
     if "margins" not in known:
-        known["margins"] = limit_margins(point.curve.orbits, point.z)
+        known["margins"], _ = limit_margins(point.curve.orbits, point.z)
     return np.asarray(known["margins"])
 
 
-def many_rooms(
+def many_margins(
     flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
 ) -> tuple[Array, Array]:
     """Return the same of many orbits of a period in slip, from states at equidistant phases.
@@ -168,7 +163,7 @@ def _grid(segments: int, period: int) -> Array:
 
 def broken_limit(orbits: Orbits, z: Array) -> str | None:
     """Return the sentence of a limit that an orbit breaks, None if it breaks none."""
-    for limit, margin in zip(orbits.model.limits, limit_margins(orbits, z), strict=True):
+    for limit, margin in zip(orbits.model.limits, limit_margins(orbits, z)[0], strict=True):
         if not margin > 0:
             return limit.reason.format(value=margin + limit.bound)
     return None

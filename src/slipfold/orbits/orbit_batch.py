@@ -22,7 +22,7 @@ from slipfold.models.model import Model
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
-from slipfold.orbits.limits import far_above, many_rooms
+from slipfold.orbits.limits import far_above, many_margins
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import ORBIT_TESTS, evaluate_each, floquet_multipliers
@@ -293,7 +293,7 @@ class OrbitBatch:
             scales = power_of_two(self.sizes[own])
             constants = self.flow.constants(self.values(own, z[rows]), scales)
             states = self.states(own, z[rows])
-            found[rows] = many_rooms(self.flow, constants, limits, states, self.period)[0]
+            found[rows] = many_margins(self.flow, constants, limits, states, self.period)[0]
         return found
 
     def residuals(self, some: Indices, z: Array) -> Array:

@@ -35,7 +35,7 @@ from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.continuation.walk import CurveSteps, Failure
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
+from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_margins
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
 from slipfold.orbits.test_functions import ALIKE
@@ -191,7 +191,7 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
         )
         return failure.kind, reason
     try:
-        margins, rooms = limit_rooms(orbits, last.z)
+        margins, rooms = limit_margins(orbits, last.z)
         singular = is_singular_near(orbits, last.z)
     except BREAKDOWNS:
         return failure.kind, failure.reason

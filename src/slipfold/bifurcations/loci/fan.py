@@ -110,7 +110,7 @@ def _margins(branch: Branch, row: int) -> Array:
     """Return by how much an orbit of a branch keeps each limit."""
     model = branch.orbit(row).model
     orbits = orbits_of(model, {branch.vary: 1.0}, branch.period, branch.nodes.shape[1])
-    return limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
+    return limit_margins(orbits, orbits.unknown(branch.nodes[row], model))[0]
 
 
 def _grazing_near(branch: Branch, row: int, plane: Plane) -> SpecialPoint | None:
