@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 81_815, "tests": 40_945}
+TOTAL = {"src": 81_657, "tests": 40_945}
 """Lines of Python. Lower it whenever code is deleted; raise it only for what is new, and say so.
 
 Last raised for responses that are moved to new values, peaks of root mean squares and harmonics,

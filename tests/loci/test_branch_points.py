@@ -69,10 +69,10 @@ def test_the_folds_of_a_hard_pitchfork_end_where_it_turns_soft():
 
 def test_folds_end_at_a_degenerate_pitchfork_wherever_rounding_leads_beside_it():
     orbits = Equilibria(line("mu*x + b*x^3 - x^5"), {"mu": 1.0, "b": 1.0}, Cayley())
-    folds, at = LocusEquations(orbits, "LP"), orbits.pack(np.array([[0.03]]), (-(0.03**4), 0.0018))
+    folds, at = LocusEquations(orbits, "LP"), orbits.join(np.array([[0.03]]), (-(0.03**4), 0.0018))
     before = folds.point(correct(folds, at, np.array([-1.0, 0, 0])), 0.0)
     # The equations are met to all digits from there to all branch points next to it.
-    lost = replace(before, z=orbits.pack(np.array([[4e-5]]), (0.0, -4e-9)), arclength=0.03)
+    lost = replace(before, z=orbits.join(np.array([[4e-5]]), (0.0, -4e-9)), arclength=0.03)
     result = SpecialPoints(folds)(StepInterval(TracedCurve(folds, [before]), lost, 4))
     assert [item.type for item in result.found] == ["DP"]
     assert np.abs(result.stop.end.values).max() < 1e-9
