@@ -206,47 +206,24 @@ def test_small_modes_do_not_set_the_steps():
     assert branch.residual.max() <= 1e-10
 
 
-@pytest.mark.long
-def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
-    """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
-    from slipfold.bifurcations.branches.response import BranchTree
-    from slipfold.bifurcations.branches.start import equilibrium_start
-    from slipfold.continuation.curve_set import Start
-
-    model, span = measured_over(sliding(15).replace(Vd=1.25), "Vd", (1.25, 1.15)), (1.25, 1.15)
-    orbits, start = equilibrium_start(model, "Vd", *span)
-    tree = BranchTree(model.parameter("Vd"), span, sf.Settings(), (), None, False)
-    (found,) = tree.trace(Start(orbits, (start,)), start).found
-    exact = brentq(lambda speed: growth_of_the_lowest_mode(15, speed), 1.15, 1.25)
-    assert found.type == "HB"
-    assert orbits.value(found.point.z) == pytest.approx(exact, rel=5e-5)
+WHOLE = [(3, (1.3, 0.8)), (5, (1.25, 1.15)), (8, (1.25, 1.15)), (15, (1.25, 1.15))]
 
 
-def whole_cycles(count, span):
-    model = sliding(count)
-    still, cycles = sf.response(model, vary="Vd", span=span).branches[:2]
+# Beside the Hopf point of the first two spans folds were invented.
+@pytest.mark.parametrize(
+    ("count", "span"),
+    [(3, (1.25, 1.0)), *(pytest.param(*given, marks=pytest.mark.long) for given in WHOLE)],
+)
+def test_cycles_of_whole_beams(count, span):
+    diagram = sf.response(sliding(count), vary="Vd", span=span)
+    still, cycles = diagram.branches[:2]
+    assert not diagram.checked.disagreeing
     assert [point.type for point in still.special][:1] == ["HB"]
     exact = brentq(lambda speed: growth_of_the_lowest_mode(count, speed), 1.15, 1.25)
     assert still.special[0].value == pytest.approx(exact, rel=5e-5)
-    return cycles
-
-
-# Beside the Hopf point of these spans folds were invented.
-@pytest.mark.parametrize("span", [(1.25, 1.0), pytest.param((1.3, 0.8), marks=pytest.mark.long)])
-def test_a_birth_of_cycles_is_no_fold(span):
-    cycles = whole_cycles(3, span)
     assert not cycles.special
     assert cycles.stopped.kind == "span"
-    assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(3, span[0]), rel=1e-8)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("count", [5, 8, 15])
-def test_cycles_of_whole_beams(count):
-    cycles = whole_cycles(count, (1.25, 1.15))
-    assert not cycles.special
-    assert cycles.stopped.kind == "span"
-    assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(count, 1.25), rel=1e-8)
+    assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(count, span[0]), rel=1e-8)
 
 
 @pytest.mark.long

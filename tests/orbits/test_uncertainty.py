@@ -3,17 +3,19 @@
 import numpy as np
 import pytest
 
+import slipfold as sf
 from helpers.fourier_collocation import FourierOrbit
 from helpers.reference import CASES, traced
 from helpers.toy_models import LinearOscillator
 from slipfold.bifurcations.branches.response import trace_response
-from slipfold.flow.flow import flow_of
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.orbits.uncertainty import multiplier_rounding
 
 SLACK = 30
 """Errors are of either sign and may agree by chance in two computations: a factor is allowed."""
 
 ROUNDING = 1e-13
+BY_MESH = sf.Settings(discretization="collocation")
 
 
 def mean_traces(branch, index):
@@ -57,6 +59,24 @@ def test_closed_form_is_within_the_uncertainty(vary):
         expected = np.exp(root / model.f)
         error = min(abs(branch.multipliers[index] - expected))
         assert error < SLACK * branch.multiplier_uncertainty[index].max() + ROUNDING
+
+
+def test_a_mode_too_fast_for_the_mesh_is_not_integrated_again(monkeypatch):
+    """It turns 500 times in a period; Radau points damp it away."""
+    model = sf.System(
+        name="two modes",
+        parameters={"w": 1.0},
+        forcing={"period": "2*pi/w"},
+        states={"x": "u", "y": "v", "u": "cos(w*t) - x - u/10", "v": "x - 500^2*y - v"},
+    )
+    (branch,) = trace_response(model, "w", (0.99, 1.01), settings=BY_MESH)
+    monkeypatch.setattr(Flow, "linearize", None)
+    for row, w in enumerate(branch.parameter):
+        roots = np.append(np.roots([1, 0.1, 1]), np.roots([1, 1, 500**2]))
+        error = np.abs(branch.multipliers[row][:, None] - np.exp(roots * 2 * np.pi / w)).min(axis=1)
+        known = branch.multiplier_uncertainty[row]
+        assert np.all(error < SLACK * known + ROUNDING)
+        assert np.sort(known)[1] < 1e-10 < 1e-3 < np.sort(known)[2]
 
 
 @pytest.mark.parametrize("Nd", [0.05, 0.2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,12 @@ from slipfold.orbits.multipliers import (
     product_eigenvalues,
 )
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
+from slipfold.orbits.test_functions import match_multipliers
 from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
+
+if TYPE_CHECKING:
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
@@ -193,21 +197,27 @@ def collocate(
     )
 
 
-def mesh_error(model: Model, nodes: Array, period: int) -> float:
-    """Return the error of states, in scaled ones, on a mesh such as branches are computed on.
+def mesh_errors(orbit: PeriodicOrbit) -> tuple[float, Array]:
+    """Return the errors of states (scaled) and multipliers on a mesh such as branches have.
 
     That with which branches begin, if it serves: a finer one has smaller errors than theirs. The
-    error is the change when the intervals are halved. The equations are made regular: where they
+    errors are the changes when the intervals are halved. The equations are made regular: where they
     leave the place along the branch open, as near a homoclinic orbit, a change of place is no
-    error. Infinite where Newton's method does not converge. Shapes: nodes (m, n).
+    error. Infinite where Newton's method does not converge. Returns a number and (n,).
     """
-    shot = orbits_at(model, period, len(nodes))
-    first = shot.described_by(Collocation(model, shot.by.free, period))
-    orbits, z = fitted(first, first.adopt(shot, shot.unknown(nodes, model)))
+    model, period = orbit.model, orbit.period
+    shot = orbits_at(model, period, len(orbit.nodes))
+    guess = shot.unknown(orbit.nodes, model)
+    scheme = shot.by.scheme(orbit.nodes, shot.constants(guess))
+    first = shot.described_by(Collocation(model, shot.by.free, period, scheme=scheme))
+    orbits, z = fitted(first, first.adopt(shot, guess))
     coarse = _Solution.near(orbits, z, singular=True)
     halved = orbits.described_by(_halved(orbits.by))
     fine = _Solution.near(halved, halved.adopt(orbits, coarse.z), singular=True)
-    return coarse.states_apart(fine) if coarse.converged and fine.converged else np.inf
+    if not (coarse.converged and fine.converged):
+        return np.inf, np.full(len(orbit.multipliers), np.inf)
+    one, other = (match_multipliers(orbit.multipliers, on.multipliers) for on in (coarse, fine))
+    return coarse.states_apart(fine), np.abs(one - other)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,15 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.continued import ROUNDING, by_mesh_shooting, parameter_rounding
+from slipfold.orbits.continued import (
+    ROUNDING,
+    by_mesh_shooting,
+    hold_parameter,
+    on_mesh,
+    parameter_rounding,
+)
+from slipfold.orbits.discretization import RADAU, is_stiff, scheme_for
+from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.modal_shooting import ModalShooting, shooting_for
 from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
@@ -91,6 +99,15 @@ def multiplier_uncertainty(
         return _changes(multipliers, np.array(again))
     flow, scales = flow_of(model), model.state_scales()
     constants = flow.constants(parameters, power_of_two(scales))
+    jacobian = flow.jacobians(nodes[0, :1], np.zeros(1), constants.rows(np.zeros(1, dtype=np.intp)))
+    if scheme_for(jacobian).points.damps and is_stiff(jacobian[0]):
+        given = zip(parameters, nodes, strict=True)
+        again = [_by_collocation(model, *each, period) for each in given]
+        changes = _changes(multipliers, np.array(again))
+        # Radau points damp away what an interval does not resolve.
+        unresolved = np.exp(-RADAU.decays * period)
+        known = np.abs(multipliers) >= unresolved
+        return np.where(known, changes, np.maximum(changes, unresolved))
     # The same segment of all orbits in one batch: lanes take about as many steps each.
     segments, orbits = (index.ravel() for index in np.indices(nodes.shape[1::-1]))
     own, length = constants.rows(orbits), period / nodes.shape[1]
@@ -115,6 +132,19 @@ def _by_modes(model: Model, parameters: Array, nodes: Array, period: int) -> Arr
     by = by.better(nodes, constants) or by
     other, nodes, _ = by.shifted(nodes, constants, np.zeros((len(nodes), n)), np.zeros(1))
     return product(other.transitions(nodes, constants)[1])
+
+
+def _by_collocation(model: Model, parameters: Array, nodes: Array, period: int) -> Array:
+    """Return the monodromy matrix of an orbit by collocation, on a finer mesh than one that fits.
+
+    Shapes: parameters (n_p,); nodes (m, n); returns (n, n).
+    """
+    names = [parameter.name for parameter in model.parameters]
+    own = model.replace(**dict(zip(names, parameters.tolist(), strict=True)))
+    shot = orbits_at(own, period, len(nodes))
+    orbits, z = on_mesh(shot, shot.unknown(nodes, own))
+    other, finer, _ = orbits.shifted(z, hold_parameter(len(z) - 1))
+    return product(other.by.transitions(other.nodes(finer), other.constants(finer))[1])
 
 
 def _changes(multipliers: NDArray[np.complex128], monodromies: Array) -> Array:

@@ -21,7 +21,7 @@ from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import by_collocation, hold_parameter
-from slipfold.orbits.discretization import Cut, scheme_for
+from slipfold.orbits.discretization import Cut, is_stiff, scheme_for
 from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.first_orbits import find_response
@@ -252,26 +252,12 @@ def _first_point(orbits: Orbits, correction: Correction, value: float) -> OrbitP
     return orbits.point(correction, 0.0)
 
 
-STIFF = 200.0
-"""Turns of the fastest vibration within a period at which collocation becomes quicker: forty masses
-in a chain make fifty; beams of three, four and five elements 190, 300 and 500, where shooting takes
-half, four times and ten times as long. Fast decay does not count: friction that is steep at rest is
-so for moments only."""
-
-
 def method_for(settings: Settings, jacobian: Array) -> Cut:
     """Return how cycles are to be cut, from the derivatives of the rates a period, shape (n, n)."""
     chosen = settings.discretization
-    if chosen == "collocation" or (chosen == "automatic" and _is_stiff(jacobian)):
+    if chosen == "collocation" or (chosen == "automatic" and is_stiff(jacobian)):
         return partial(Collocation, scheme=scheme_for(jacobian[None]))
     return Shooting
-
-
-def _is_stiff(jacobian: Array) -> bool:
-    if not np.isfinite(jacobian).all():
-        return False
-    turns = float(np.abs(np.linalg.eigvals(jacobian).imag).max()) / (2 * np.pi)
-    return turns > STIFF
 
 
 def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> ForcedOrbits:
@@ -286,7 +272,7 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
     state, constants = model.start[None], flow_of(model).constants_of(model)
     jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
     scheme = scheme_for(jacobian[None])
-    decays = scheme.points.damps and _is_stiff(jacobian)
+    decays = scheme.points.damps and is_stiff(jacobian)
     if chosen == "collocation" or (chosen == "automatic" and decays):
         return ForcedOrbits(
             model, {vary: width}, 1, 4 * INTERVALS, partial(Collocation, scheme=scheme)

@@ -20,7 +20,7 @@ from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_traje
 from slipfold.flow.intervals import MANY, Field, LinearPart, newton_step
 from slipfold.models.angles import wrap_angles
 from slipfold.models.quantities import DURATION
-from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
+from slipfold.orbits.check import SINGULAR, is_singular, mesh_errors, rests
 from slipfold.orbits.multipliers import multiplier_differences, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import SPREAD
@@ -161,8 +161,7 @@ def orbit_difference(
     states decide, as long as a digit of the multipliers agrees. Of states that differ, the error of
     a mesh on which such an orbit is computed is allowed as well.
     """
-    most = np.maximum(CHECKS.coarse, CHECKS.distance * np.abs(np.abs(orbit.multipliers) - 1))
-    free = np.minimum(uncertainty, most)
+    free = _undecided(orbit, uncertainty)
     if rests(orbit.model, orbit.nodes):
         result = orbit.check(CHECKS.states)
         worst = max(result.states, result.multipliers)
@@ -177,17 +176,27 @@ def orbit_difference(
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
     if states.excess > 1:
-        states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)))
+        states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)[0]))
     unknown = multipliers.excess > 1 or multipliers.value > CHECKS.loosest
     if states.excess <= 1 and unknown and not falls:
         beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
         multipliers = min(multipliers, beside, key=lambda difference: difference.excess)
     if falls:
         return states
-    # As long as the first digits agree.
+    return _counting(states, multipliers)
+
+
+def _counting(states: Difference, multipliers: Difference) -> Difference:
+    """Return the difference that counts: of multipliers as long as their first digits agree."""
     if CHECKS.loosest < multipliers.value <= min(multipliers.allowed, 0.5):
         return replace(states, unknown=multipliers.value)
     return max(states, multipliers, key=lambda difference: difference.excess)
+
+
+def _undecided(orbit: PeriodicOrbit, uncertainty: Array | float) -> Array:
+    """Return the uncertainties of multipliers as far as they decide nothing, shape (n,)."""
+    most = np.maximum(CHECKS.coarse, CHECKS.distance * np.abs(np.abs(orbit.multipliers) - 1))
+    return np.minimum(uncertainty, most)
 
 
 def _worst(compared: _OrbitComparison) -> float:
@@ -238,17 +247,19 @@ def _along_branch(
     return replace(best, allowed=min(best.allowed, allowed))
 
 
-def _allowed_by_meshes(orbit: PeriodicOrbit) -> float:
-    """Return the difference of states that errors of meshes explain, 0 if they are not known.
+def _allowed_by_meshes(orbit: PeriodicOrbit) -> tuple[float, Array]:
+    """Return the differences of states and multipliers, (n,), that errors of meshes explain.
 
-    Two meshes differ by a sample of the errors of both.
+    Zeros where they are not known. Two meshes differ by a sample of the errors of both.
     """
     try:
-        error = SPREAD * mesh_error(orbit.model, orbit.nodes, orbit.period)
+        error, of_multipliers = mesh_errors(orbit)
     except BREAKDOWNS:
-        return 0.0
+        return 0.0, np.zeros(len(orbit.multipliers))
+    error *= SPREAD
     size = max(1.0, float(np.abs(orbit.nodes / orbit.model.state_scales()).max()))
-    return error / size if error < CHECKS.loosest * size else 0.0
+    allowed = error / size if error < CHECKS.loosest * size else 0.0
+    return allowed, SPREAD * np.where(np.isfinite(of_multipliers), of_multipliers, 0.0)
 
 
 def retraced_difference(orbit: PeriodicOrbit) -> Difference:
@@ -278,12 +289,14 @@ def balanced_difference(orbit: PeriodicOrbit) -> Difference | None:
         return None
     allowed, method = max(CHECKS.states, found.truncation), "harmonic balance"
     states = Difference(max(found.states, found.duration), allowed, method)
-    multipliers = Difference(float(_finite(found.multipliers)), allowed, method, "multipliers")
-    if states.excess <= 1 < multipliers.excess:
+    if states.excess <= 1 < found.multipliers / allowed:
         size = max(1.0, float(np.abs(orbit.multipliers).max()))
-        known = float(orbit.multiplier_uncertainty.max()) / size
-        multipliers = replace(multipliers, allowed=max(allowed, min(known, CHECKS.coarse)))
-    return max(states, multipliers, key=lambda difference: difference.excess)
+        apart = _finite(multiplier_differences(orbit.multipliers, found.floquet) / size)
+        free = _undecided(orbit, _allowed_by_meshes(orbit)[1]) / size
+        multipliers = _largest(apart, np.maximum(allowed, free), method)
+    else:
+        multipliers = Difference(float(_finite(found.multipliers)), allowed, method, "multipliers")
+    return _counting(states, multipliers)
 
 
 def solution_of(
@@ -390,16 +403,20 @@ def _comparison(
     near = np.abs(orbit.multipliers[:, None] - values) <= apart[:, None] * size + SINGULAR
     sensitive = change * np.where(near, moved, 0.0).max(axis=1) / size
     allowed = np.maximum(np.maximum(max(CHECKS.states, along * errors), free / size), sensitive)
-    # Where all agree the largest difference counts.
-    worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
     return _OrbitComparison(
         Difference(float(_finite(step / retraced.size)), max(CHECKS.states, growth * errors)),
-        Difference(float(apart[worst]), float(allowed[worst]), what="multipliers"),
+        _largest(apart, allowed),
         retraced.size,
         float((values.sum() - orbit.multipliers.sum()).real),
         along,
         solved.open_direction,
     )
+
+
+def _largest(apart: Array, allowed: Array, method: str = "quadrature") -> Difference:
+    """Return the difference of multipliers that counts: where all agree the largest."""
+    worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
+    return Difference(float(apart[worst]), float(allowed[worst]), method, "multipliers")
 
 
 def _finite(values: Array | float) -> Array:
