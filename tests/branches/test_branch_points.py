@@ -93,6 +93,24 @@ def test_all_branches_begin_where_several_multipliers_are_one(rates, count, forc
     assert ("not followed" in point.undecided) == (point.images > 0) == ("^3" in rates[0])
 
 
+@pytest.mark.parametrize(
+    ("rates", "values"),
+    [
+        (("r*x - x^2", "-2*r*y - y^2"), [0]),
+        (("r*x - x^2", "3e-5*y - r*y - y^2"), [0, 3e-5]),
+        (("r*x - x^2", "r*y - 2e-5*y - y^2", "r*z - 4e-5*z - z^2"), [0, 2e-5, 4e-5]),
+        (("r*x + 1e-3*y - x^3", "1e-3*x - r*y - y^3"), []),  # they avoid each other
+        (("r*x - y - x^3", "r*y + x - y^3", "-r*z - 2*u - z^3", "2*z - r*u - u^3"), [0]),
+    ],
+)
+def test_multipliers_that_cross_beside_each_other_or_in_opposite_directions(rates, values):
+    model = system("beside", **dict(zip("xyzu", rates, strict=False)))
+    points = sf.response(model, vary="r", span=(-0.5, 0.5)).branches[0].special
+    assert [point.value for point in points] == pytest.approx(values, abs=1e-9)
+    found = [(point.several, point.leads_to is None) for point in points]
+    assert found == [(len(points) < 2, False)] * len(points)
+
+
 def test_a_branch_between_two_branch_points_is_followed_once():
     # x^2 = r (1 - r): a closed curve through both points, where it turns without a fold.
     model = system("bubble", x="r*(1 - r)*x - x^3 + 0.2*y", y="-y")
@@ -168,16 +186,10 @@ def test_symmetry_breaking_of_the_forced_duffing_oscillator():
     for item, again in zip(other.special, main.special, strict=True):
         assert abs(item.value - again.value) <= item.uncertainty + again.uncertainty
         assert item.uncertainty < 1e-12
-
-
-def test_multipliers_at_a_branch_point_are_as_uncertain_as_its_place_makes_them():
-    # Two computations may agree by chance; what rounding can do to the place remains.
-    main, _ = sf.response(HARDENING, vary="F", span=(0, 12), settings=ALONE).branches
-    for point in main.special:
-        after = int(np.searchsorted(main.parameter, point.value))
-        ends = slice(after - 1, after + 1)
+        # Two computations may agree by chance; what rounding can do to the place remains.
+        ends = np.searchsorted(main.parameter, again.value) - np.array([1, 0])
         slopes = np.abs(np.diff(main.multipliers[ends], axis=0)[0] / np.diff(main.parameter[ends]))
-        assert np.all(point.multiplier_uncertainty > 0.4 * slopes * point.uncertainty)
+        assert np.all(again.multiplier_uncertainty > 0.4 * slopes * again.uncertainty)
 
 
 def test_freire_circuit_beyond_its_branch_point():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +24,7 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PRODUCTS, floquet_multipliers
+from slipfold.orbits.test_functions import PRODUCTS, match_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
@@ -54,6 +55,10 @@ class BifurcationRules:
     sensitive: float = 1e3
     # Arclength from a bifurcation, over the branch, within which the side is undecided
     undecided: float = 1e-5
+    # Logarithm of a multiplier that does not cross the circle in a step: vectors of others may be
+    # rounding beside those that are larger by orders of magnitude
+    moves: float = 1.0
+    together: float = 1e-5  # arclength within which points where several cross the circle are one
     outside: float = 1.001  # modulus of a critical multiplier that left the circle between points
     # Arclength over which multipliers are differenced: six digits are left
     differenced: float = 1e-6
@@ -82,6 +87,10 @@ class SeveralCritical(Found[OrbitPoint]):
     count: int = 2  # how many
     error: float = np.inf  # of its arclength
     images: int = 0  # branches that are not followed, since they are images of others
+
+
+_Crossing = tuple[Found[OrbitPoint], Callable[[OrbitPoint], float]]
+"""Where a multiplier crosses the unit circle, and the function that is zero there."""
 
 
 class Bifurcations(Zeros[OrbitPoint]):
@@ -229,6 +238,10 @@ class Bifurcations(Zeros[OrbitPoint]):
             point = locate(self._orbits, known, a, b, determinant, BIFURCATION.located)
         except LostCurveError:  # so near to it that Newton's method is singular along the branch
             point = self._beside_branch_point(known, a, b)
+        return self._crossed(point, a, b)
+
+    def _crossed(self, point: OrbitPoint, a: OrbitPoint, b: OrbitPoint) -> Found:
+        """Return the branch point near one between two, with the branch that crosses there."""
         # Of the points between, one may lie on the other branch; a and b lie on this one.
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._orbits, point, along)
@@ -256,7 +269,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         """Whether what was found explains the change in the number of unstable multipliers."""
         change = abs(b.unstable - a.unstable)
         turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
-        if not (found or change or turned) or not all(map(is_off_circle, (a, b))):
+        both = min(a.unstable, b.unstable) > 0  # one may leave the circle while another enters it
+        crossing = len(_crossing(a, b)[0]) if both else change
+        if not (found or change or turned or crossing) or not all(map(is_off_circle, (a, b))):
             return True  # nothing differs, or which side of the circle it is on is not known
         turning = sum(_turns(item) for item in found)
         folds = turning + sum(item.type == "LP" for item in found)
@@ -264,7 +279,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         single = len(found) - pairs - turning
         if (turning or not _stands(a, b)) and turned != (folds % 2 == 1):
             return False
-        return change <= single + 2 * pairs and (change - single) % 2 == 0
+        return max(change, crossing) <= single + 2 * pairs and (change - single) % 2 == 0
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function is positive at one of two points only, beyond rounding.
@@ -295,46 +310,60 @@ class Bifurcations(Zeros[OrbitPoint]):
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found]:
-        """Return where several multipliers cross the unit circle at once, which no function shows.
+        """Return where multipliers cross the unit circle at once, or nearly, as no function shows.
 
-        Functions have double or triple zeros where two or three multipliers or pairs cross at once,
-        as symmetry or equal parts of a structure make them do; a triple one is known to the third
-        root of rounding. The function of pairs is also zero everywhere where two real multipliers
-        have the product one, as those of x'' = x.
+        Where several cross, as symmetry or equal parts of a structure make them do, functions have
+        zeros of higher order, and change no sign where two cross in opposite directions. So each
+        is followed by its vector, which does not swap where two meet. The function of pairs is also
+        zero everywhere where two real multipliers have the product one, as those of x'' = x.
         """
-        change, turned = abs(b.unstable - a.unstable), any(item.type == "LP" for item in found)
-        if turned or change < 2:
+        crossing, exponents = _crossing(a, b)
+        explained = sum(1 + (item.type in PAIRED) for item in found)
+        turned = any(item.type == "LP" for item in found)
+        if turned or len(crossing) <= explained or not all(map(is_off_circle, (a, b))):
             return found
-        place = min(a.unstable, b.unstable)
 
-        def critical(point: OrbitPoint) -> Complex:
-            return point.multipliers[place : place + change]
+        def growth(place: int, point: OrbitPoint) -> float:
+            return float(exponents(point)[place].real)
 
-        def growth(point: OrbitPoint) -> float:  # of a volume: that of one direction has corners
-            return float(np.log(np.abs(critical(point))).sum())
+        located, pair = list[_Crossing](), next(name for name in PAIRED if name in a.tests)
+        for place in crossing:
+            function = partial(growth, place)
+            point = locate(self._orbits, known, a, b, function, BIFURCATION.located)
+            slope = (function(b) - function(a)) / (b.arclength - a.arclength)
+            if abs(function(point)) > 3 * BIFURCATION.located * abs(slope):  # two avoid each other
+                return found
+            # Its tangent may be that of any branch, and with it its arclength.
+            point = replace(point, arclength=a.arclength + float(np.linalg.norm(point.z - a.z)))
+            angle = abs(float(exponents(point)[place].imag))
+            real = min(angle, np.pi - angle) < BIFURCATION.real
+            kind = ("BP" if angle < 1 else "PD") if real else pair
+            located.append((Found(kind, point, slope), function))
+        return self._together(located, known, a, b)
 
-        point, error = locate(self._orbits, known, a, b, growth, BIFURCATION.located), 0.0
-        if (np.abs(critical(point).imag) < BIFURCATION.real).any():
-            point, error = self._interpolated(known, point, growth)
-        else:
-            point = locate(self._orbits, known, a, b, growth)
-        values = critical(point)
-        if (np.abs(np.abs(values) - 1) >= BIFURCATION.on_circle).any():
-            return found
-        slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
-        paired, located = (
-            np.abs(values.imag) > BIFURCATION.real,
-            {item.type: item for item in found},
-        )
-        pair = next(name for name in PAIRED if name in a.tests)
-        each = {"BP": ~paired & (values.real > 0), "PD": ~paired & (values.real < 0), pair: paired}
-        return [
-            SeveralCritical(kind, point, slope, count=count, error=error)
-            if count > 1 and kind != pair
-            else (count <= 2 and located.get(kind)) or Found(kind, point, slope)
-            for kind, count in ((kind, int(own.sum())) for kind, own in each.items())
-            if count
-        ]
+    def _together(
+        self, located: list[_Crossing], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found]:
+        """Return the special points that multipliers make, those of several at one place once."""
+        result: list[Found] = []
+        while located:
+            first, function = located[0]
+            near = first.point.arclength + BIFURCATION.together * np.array([-1, 1])
+            own = [item for item in located if item[0].type == first.type
+                   and near[0] < item[0].point.arclength < near[1]]  # fmt: skip
+            located = [item for item in located if item not in own]
+            if len(own) > 1 and first.type not in PAIRED:
+                each = [self._interpolated(known, first.point, item[1]) for item in own]
+                point = each[0][0]
+                error = max(abs(at.arclength - point.arclength) + error for at, error in each)
+                slope, count = first.slope, len(own)
+                first = SeveralCritical(first.type, point, slope, count=count, error=error)
+            elif first.type == "BP":
+                first = self._crossed(first.point, a, b)
+            else:
+                first = replace(first, point=locate(self._orbits, known, a, b, function))
+            result.append(first)
+        return result
 
     def _interpolated(
         self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]
@@ -347,18 +376,28 @@ class Bifurcations(Zeros[OrbitPoint]):
         fewer = [float(lagrange(values[part], 0.0) @ own[part]) for part in (slice(1, 4), slice(3))]
         error = max(abs(arclength - each) for each in fewer)
         z, direction = hermite(around, arclength)
-        linearization = self._orbits.linearize(z)
-        point = replace(
-            near,
-            z=z,
-            tangent=direction / np.linalg.norm(direction),
-            arclength=arclength,
-            residual=float(np.abs(linearization.residual).max()),
-            linearization=linearization,
-            monodromy=linearization.monodromy,
-            multipliers=floquet_multipliers(linearization.monodromy),
-        )
-        return point, error
+        part, tangent = self._orbits.linearize(z), direction / np.linalg.norm(direction)
+        at = z, tangent, arclength, part.monodromy, float(np.abs(part.residual).max())
+        return self._orbits.derived_point(*at), error
+
+
+def _crossing(a: OrbitPoint, b: OrbitPoint) -> tuple[list[int], Callable[[OrbitPoint], Complex]]:
+    """Return which multipliers cross the unit circle between two points, by their places.
+
+    Also the logarithms of all in that order at points next to the first: they are followed by their
+    vectors, which do not swap where two meet.
+    """
+    right = np.linalg.eig(a.monodromy)[1]
+    left = np.linalg.pinv(right)
+
+    def exponents(point: OrbitPoint) -> Complex:
+        expected = np.einsum("ij,jk,ki->i", left, point.monodromy, right)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(match_multipliers(expected, point.multipliers)))
+
+    first, last = (exponents(point).real for point in (a, b))
+    crosses = ((first > 0) != (last > 0)) & (np.maximum(abs(first), abs(last)) < BIFURCATION.moves)
+    return crosses.nonzero()[0].tolist(), exponents
 
 
 def span_end(orbits: Orbits, last: OrbitPoint) -> End:
