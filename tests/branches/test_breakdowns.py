@@ -166,7 +166,7 @@ def test_a_step_that_fails_beside_an_unobservable_multiplier_is_no_failure(
     monkeypatch, largest, kind
 ):
     # A doubled cycle of a snaking branch, as of the neural mass model of Tsodyks and Markram.
-    monkeypatch.setattr(ends, "nears_homoclinic", lambda orbits, points: "")
+    monkeypatch.setattr(ends, "nears_homoclinic", lambda orbits, points: None)
     monkeypatch.setattr(ends, "_explained", lambda *given: ("failed", "the step fell"))
     monkeypatch.setattr(ends.BranchEndings, "_put_on_edge", lambda self, traced: False)
     last = SimpleNamespace(multipliers=np.array([largest, 1.0, 0.1]), z=np.zeros(1))

@@ -21,7 +21,6 @@ from slipfold.bifurcations.branches.stops import (
     family_end,
     far_away,
     in_family,
-    loop_kind,
     size_in_scales,
 )
 from slipfold.continuation.end import End
@@ -95,17 +94,17 @@ class BranchEndings(Endings[OrbitPoint]):
             return span_end(orbits, traced.points[-1])
         if _is_line(traced):
             return family_end(orbits, traced.points)
-        last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
+        last, neared = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
         critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
         if kind == "failed" and critical > 1 and len(traced.points) == 1:
             reason = SEVERAL
         elif kind == "failed" and critical > 1 and _is_undamped(orbits, last):
             reason = UNDAMPED.format(critical, reason)
-        if kind == "failed" and clause:
-            kind, reason = loop_kind(clause), f"{clause} (no cycle was found any nearer to it)"
-        elif clause:
-            reason = f"{reason}; {clause}"
+        if kind == "failed" and neared:
+            kind, reason = neared[0], f"{neared[1]} (no cycle was found any nearer to it)"
+        elif neared:
+            reason = f"{reason}; {neared[1]}"
         return End(kind, reason, orbits.place(last.z))
 
     def contradiction(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitPoint, str] | None:

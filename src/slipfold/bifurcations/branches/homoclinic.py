@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.stops import LOOPS, STOP, loop_kind
+from slipfold.bifurcations.branches.stops import LOOPS, STOP, Neared
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.models.angles import wrap_angles
@@ -55,16 +55,18 @@ def stop_near_homoclinic(
     recent = points[-1].arclength - points[-min(RULE.crawls, len(points))].arclength
     crawls = len(points) > RULE.crawls and recent < RULE.arc
     stands = (RULE.stands, 1.0) if crawls else (STOP.constant, RULE.grown)
-    kind = ""
+    kind = LOOPS[0]
     if _stands(orbits, points, *stands) and (neared := _neared(points[-1])):
+        kind, loop = neared
         reason = (
             f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
-            f"at {value:.9g}: the cycle nears {neared}"
+            f"at {value:.9g}: the cycle nears {loop}"
         )
     elif _snakes(interval) and (neared := _neared(points[-1])):
+        kind, loop = neared
         reason = (
             f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
-            f"{orbits.vary} = {value:.7g}: the cycle nears {neared}, about which the branch "
+            f"{orbits.vary} = {value:.7g}: the cycle nears {loop}, about which the branch "
             "turns without end"
         )
     elif (added := _added(interval)) is not None:
@@ -88,9 +90,7 @@ def stop_near_homoclinic(
         )
     else:
         return MonitorResult()
-    return MonitorResult(
-        stop=Stop(interval.point, End(kind or loop_kind(reason), reason, (value,)))
-    )
+    return MonitorResult(stop=Stop(interval.point, End(kind, reason, (value,))))
 
 
 def _folds(interval: StepInterval[OrbitPoint], count: int) -> tuple[Array, Array]:
@@ -136,12 +136,13 @@ def snakes_about(
     return about
 
 
-def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
-    """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
-    neared = _neared(points[-1]) if _stands(orbits, points, RULE.stands, RULE.grown) else ""
+def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> Neared:
+    """Return which loop is near, and a clause for the sentence of another end."""
+    neared = _neared(points[-1]) if _stands(orbits, points, RULE.stands, RULE.grown) else None
     return neared and (
+        neared[0],
         f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
-        f"{orbits.vary} hardly changes: the cycle nears {neared}"
+        f"{orbits.vary} hardly changes: the cycle nears {neared[1]}",
     )
 
 
@@ -164,17 +165,18 @@ def _stands(orbits: Orbits, points: Sequence[OrbitPoint], fraction: float, grown
     return bool((np.abs(last[:, 1]) < fraction * last[:, 0] / unit).all())
 
 
-def locus_nears(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
-    """Return the clause for a locus of ever longer cycles that come close to a saddle, else ""."""
+def locus_nears(orbits: Orbits, points: Sequence[OrbitPoint]) -> Neared:
+    """Return the same of a locus of ever longer cycles that come close to a saddle."""
     growth = _growth(orbits, points)
-    neared = _neared(points[-1], RULE.beside) if growth > RULE.grown else ""
+    neared = _neared(points[-1], RULE.beside) if growth > RULE.grown else None
     return neared and (
-        f"the duration grew to {growth:.3g} times that at first, and the cycle nears {neared}"
+        neared[0],
+        f"the duration grew to {growth:.3g} times that at first, and the cycle nears {neared[1]}",
     )
 
 
-def _neared(point: OrbitPoint, near: float = RULE.near) -> str:
-    """Return what a cycle nears that is slowest beside a saddle, "" if it is not.
+def _neared(point: OrbitPoint, near: float = RULE.near) -> Neared:
+    """Return which loop a cycle nears that is slowest beside a saddle, None if it is not.
 
     Only there does a longer one stay longer. Through a canard explosion the parameter stands still
     as well, but the duration has a bound.
@@ -188,9 +190,10 @@ def _neared(point: OrbitPoint, near: float = RULE.near) -> str:
             if all(gap.max() > RULE.near for gap in gaps):
                 saddles.append(beside[0])
         elif not saddles:  # nor is it where the cycle is slowest
-            return ""
-    several = f"a heteroclinic loop: orbits that connect {len(saddles)} saddles"
-    return several if len(saddles) > 1 else "a homoclinic orbit"
+            return None
+    if len(saddles) > 1:
+        return LOOPS[1], f"a heteroclinic loop: orbits that connect {len(saddles)} saddles"
+    return LOOPS[0], "a homoclinic orbit"
 
 
 def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:

@@ -144,7 +144,7 @@ class BranchTree(CurveSet[OrbitPoint]):
         """Return the monitors of a branch: those that end it first, the most expensive last."""
         monitors: list[Monitor[OrbitPoint]] = [
             end_of_piece,
-            partial(stop_unresolved, clause=partial(nears_homoclinic, orbits)),
+            partial(stop_unresolved, neared=partial(nears_homoclinic, orbits)),
         ]
         if has_image(orbits):
             children = [item.points[0] for item in self._junctions if not _crosses(item)]

@@ -51,11 +51,10 @@ class StopRules:
 STOP = StopRules()
 
 LOOPS = ("homoclinic", "heteroclinic")
+"""Kinds of ends at which cycles near a loop."""
 
-
-def loop_kind(reason: str) -> str:
-    """Return which kind of loop a sentence says that cycles near."""
-    return LOOPS["a heteroclinic loop" in reason]
+Neared = tuple[str, str] | None
+"""Which of them, and words for it; None where cycles near none."""
 
 
 def stop_at_limit(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
@@ -77,11 +76,11 @@ def stop_at_limit(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoin
 
 def stop_unresolved(
     interval: StepInterval[OrbitPoint],
-    clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: "",
+    neared: Callable[[Sequence[OrbitPoint]], Neared] = lambda points: None,
 ) -> MonitorResult[OrbitPoint]:
     """End a curve before an orbit too unstable for its multipliers to be known.
 
-    `clause` says where the curve leads, from its points so far; if that is known, it is the reason.
+    `neared` says where the curve leads, from its points so far; if that is known, it is the reason.
     """
     *_, second, largest = (1.0, 1.0, *np.sort(np.abs(interval.point.multipliers)))
     curve = interval.traced.curve
@@ -92,8 +91,7 @@ def stop_unresolved(
         f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
         "could be missed beyond; the orbit is practically unobservable there"
     )
-    leads = clause(interval.traced.points)
-    kind = loop_kind(leads) if leads else "unresolved"
+    kind, leads = neared(interval.traced.points) or ("unresolved", "")
     reason = f"{leads}; {reason}" if leads else reason
     end = End(kind, reason, curve.place(interval.point.z))
     return MonitorResult(stop=Stop(interval.before, end))

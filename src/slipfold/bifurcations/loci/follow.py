@@ -16,12 +16,7 @@ from slipfold.bifurcations.branches.events import Happened, check_events, events
 from slipfold.bifurcations.branches.homoclinic import locus_nears
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.stops import (
-    loop_kind,
-    stop_at_limit,
-    stop_standing,
-    stop_unresolved,
-)
+from slipfold.bifurcations.branches.stops import stop_at_limit, stop_standing, stop_unresolved
 from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
@@ -124,9 +119,10 @@ class _LocusEndings(Endings[OrbitPoint]):
             )
             return End("window", reason, pair_of(curve, last))
         kind, reason = failure_reason(curve.orbits, last, failure)
-        if kind == "failed" and (clause := locus_nears(curve.orbits, traced.points)):
+        if kind == "failed" and (neared := locus_nears(curve.orbits, traced.points)):
+            loop, clause = neared
             reason = f"{clause}, beside which multipliers change too fast to be followed ({reason})"
-            return End(loop_kind(clause), reason, pair_of(curve, last))
+            return End(loop, reason, pair_of(curve, last))
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
         if on_circle > (2 if curve.condition in PAIRED else 1):
             reason = (
