@@ -19,7 +19,8 @@ OF_TEXT = {
     "corner": ("0.05*v", "abs(v)", "abs(v) - sti", ["abs is not smooth"]),
     "grammar": ("0.05*v", "0.05 v", "v - stiff*q", ["for a product write 0.05*v"]),
     "degrees": (
-        '}\n[formulas]\ncubic = "g*', ', unit = "deg" }\n[formulas]\ncubic = "sin(g)*', "g)*q",
+        '}\n[formulas]\ncubic = "g*', ', unit = "deg" }\n[formulas]\ncubic = "sin(2*g + g/3)*',
+        "g/3)*q",
         ["sin takes radians, but g is in deg"],
     ),
     "Euler": ("0.05*v", "e*v", "e*v - stiff*", ["write exp(1) for Euler's number"]),

@@ -355,7 +355,10 @@ class _Formulas:
         degrees = "|".join(name for name in units if units[name] in ("deg", "°")) or "(?!)"
         for path, text in texts.items():
             try:
-                if wrong := re.search(rf"\b(sin|cos|tan)\(\s*({degrees})\s*\)", text):
+                # Multiples and sums of angles, without a factor such as pi/180
+                number, name = r"(?:[1-9](?:\.\d+)?|0\.[1-9]\d*)", rf"\b({degrees})\b"
+                whole = rf"(?:[-+*/\s]|\b{number}\b|\b(?:{degrees})\b)*"
+                if wrong := re.search(rf"\b(sin|cos|tan)\({whole}{name}{whole}\)", text):
                     what = f"{wrong[1]} takes radians, but {wrong[2]} is in deg; give it the unit "
                     advice = 'rad, and its value as in "30 deg"'
                     raise FormulaError(what + advice, wrong.start(2), len(wrong[2]))
