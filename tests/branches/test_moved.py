@@ -103,7 +103,7 @@ def structure(branches):
     ("model", "vary", "span", "steps"),
     [
         # The period doubling turns subcritical, and the doubled branch has a fold, from 12.436 Hz.
-        ("sliding", "Nd", (0, 0.98), [{"f": 12.47 - 0.03 * i} for i in range(10)]),
+        ("sliding", "Nd", (0, 0.98), [{"f": f} for f in (12.47, 12.44, 12.41)]),
         # The fold of the first branch lies beside the limit, where nothing is moved.
         ("sliding", "Nd", (0, 0.98), [{"f": 12.35}, {"f": 12.345}]),
         # The first orbits of the doubled branch are nearer to the period doubling than it moves.
@@ -113,15 +113,15 @@ def structure(branches):
     ],
     ids=["sliding", "limit", "beginning", "vanderpol"],
 )
-def test_a_slider_moves_branches_as_far_as_the_structure_stays(request, model, vary, span, steps):
+def test_a_slider_moves_branches_as_far_as_the_structure_stays(model, vary, span, steps):
     start, *others = [sf.built_in_models()[model](**values) for values in steps]
     known = sf.response(start, vary, span).branches
     for step in others:
         moved = moved_branches(known, step, span)
-        if moved is None:
-            assert "beginning" not in request.node.name
-            return
         followed = structure(sf.response(step, vary, span).branches)
+        if moved is None:
+            assert structure(known) != followed
+            continue
         for branch, ours, theirs in zip(moved, structure(moved), followed, strict=True):
             assert ours == theirs[: len(ours)]
             assert len(ours) == len(theirs) or branch.stopped.kind == "unfinished"
