@@ -89,7 +89,7 @@ def follow(
                 step = STEP.emanating if departs and len(traced.points) == 1 else STEP.first
     except KeyboardInterrupt:
         traced.end, monitors = endings.interrupted(traced), ()
-    _put_back(traced, bounds, within or bounds)
+    _put_back(traced, bounds)
     found = endings.contradiction(traced) if monitors else None
     if found is not None:
         traced.end = endings.contradicted(traced, *found)
@@ -202,14 +202,14 @@ def _bounds_ahead(
     return within
 
 
-def _put_back(traced: TracedCurve[P], bounds: Sequence[Bound], within: Sequence[Bound]) -> None:
-    """Put points beyond a bound that was moved out back on it: the model may end there as well."""
+def _put_back(traced: TracedCurve[P], bounds: Sequence[Bound]) -> None:
+    """Put points that lie beyond a bound by a hair back on it: the model may end there as well."""
 
     def inside(point: P) -> P:
         z = point.z.copy()
-        for (i, low, high), (_, least, most) in zip(bounds, within, strict=True):
-            if least <= z[i] <= most:
-                z[i] = np.clip(z[i], low, high)
+        for i, low, high in bounds:
+            if low - 3 * STEP.edge < z[i] < high + 3 * STEP.edge:  # moved out by two
+                z[i] = min(max(z[i], low), high)
         return point if (z == point.z).all() else replace(point, z=z)
 
     last = traced.points[-1]

@@ -100,7 +100,7 @@ class _LocusEndings(Endings[OrbitPoint]):
             for place, low, high in curve.orbits.bounds(*self.window)
         ]
         nearest = gaps.index(min(gaps))
-        edge = curve.place(last.z)[nearest]
+        edge = min(self.window[nearest], key=lambda end: abs(end - curve.place(last.z)[nearest]))
         reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {edge:g}"
         return End("window", reason, pair_of(curve, last))
 
