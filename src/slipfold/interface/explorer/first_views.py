@@ -44,6 +44,7 @@ class ScreenSettings:
     # Real part of an eigenvalue, over the largest modulus, that counts as positive
     positive: float = 1e-9
     halvings: int = 20  # of the way to a value that the model does not allow
+    longest: float = 20.0  # forcing period at a slider's end, over the model's own, at most
     # Fraction of a declared forcing at which a span begins: less may leave a dry contact stuck, and
     # then no orbit is isolated
     moving: float = 0.5
@@ -199,7 +200,11 @@ def span_about(model: Model, vary: str, width: float = 1.0) -> list[float]:
 def slider_range(model: Model, name: str, width: float = 1.0) -> tuple[float, float]:
     """Return the ends of a slider: around the value, as far as the model allows."""
     low, high = _around(model.variable_parameter(name), model.values[name], width)
-    return _allowed(model, name, low), _allowed(model, name, high)
+    low, high = _allowed(model, name, low), _allowed(model, name, high)
+    period = evaluation_of(model).period
+    if model.forced and period(model.replace(**{name: low})) > SCREEN.longest * period(model):
+        low = model.values[name] / SCREEN.longest
+    return low, high
 
 
 def _allowed(model: Model, name: str, end: float) -> float:

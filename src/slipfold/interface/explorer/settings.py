@@ -18,7 +18,7 @@ class PageSettings:
     pins: int = 12  # curves pinned beside a diagram: more cannot be distinguished
     bodies: int = 40  # maximum number of bodies of a mechanism that is drawn in a row
     texts: int = 16  # models made of texts that are stored: a page undoes a few steps at once
-    margin: float = 1e-3  # distance of a slider from a bound that is excluded, over the value
+    margin: float = 1e-3  # distance of a slider from what the model does not allow, over the value
     starts: int = 8  # starts of further branches of a diagram: each takes as long as the response
     # Seconds of a processor for branches beyond those of the response, which are seen meanwhile
     filling: float = 5.0
