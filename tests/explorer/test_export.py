@@ -132,6 +132,8 @@ def test_figures_are_those_of_the_package(exported, view):
 def test_one_orbit_has_no_figure(exported):
     with pytest.raises(InputError, match="there is no figure of one orbit; save its pictures as"):
         exported(ORBIT, "pdf")
+    with pytest.raises(InputError, match="has no state, from which a script finds it"):
+        exported(ORBIT, "python")
 
 
 def test_the_copied_case_of_a_structures_file_names_it(of_file, tmp_path, monkeypatch):
@@ -217,25 +219,19 @@ def test_the_command_in_a_copied_case_file_gives_the_same_numbers(
         np.testing.assert_array_equal(ours[name].values, theirs[name].values)
 
 
-def test_copied_python_gives_the_same_orbit(exported, tmp_path, monkeypatch, capsys):
-    names = run_python(exported(ORBIT, "python").decode(), tmp_path, monkeypatch)
-    rows = list(csv.reader(io.StringIO(exported(ORBIT, "csv").decode())))
-    assert rows[0][:3] == ["time (s)", "x", "y"]
-    first = np.array(rows[1][1:5], dtype=float)
-    np.testing.assert_allclose(names["orbit"].state, first, rtol=1e-8)
-    assert names["orbit"].period == 2
-
-
-@pytest.mark.parametrize("kind", ["forced", "cycle", "equilibrium"])
+@pytest.mark.parametrize("kind", ["forced", "cycle", "doubled", "equilibrium"])
 def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind, monkeypatch, capsys):
+    places = {"forced": (2, 0.3), "cycle": (2, 0.5), "doubled": (3, 0.5), "equilibrium": (1, 0.1)}
     free = {"kind": "orbit", "id": 1, "model": "stuart-landau", "vary": "r", "span": [-1, 1]}
-    at = {"cycle": {"branch": 2, "arclength": 0.5}, "equilibrium": {"branch": 1, "arclength": 0.1}}
-    view = ORBIT if kind == "forced" else {**free, "at": at[kind]}
+    doubled = {**free, "model": "roessler", "vary": "c", "span": [2.5, 3]}
+    at = dict(zip(("branch", "arclength"), places[kind], strict=True))
+    view = {**{"forced": ORBIT, "doubled": doubled}.get(kind, free), "at": at}
     (tmp_path / "orbit.nc").write_bytes(exported(view, "nc"))
     orbit = sf.load(tmp_path / "orbit.nc")
     table = list(csv.reader(io.StringIO(exported(view, "csv").decode())))
     values = [float(value) for value in table[1]]
-    copied = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
+    told = {**view, "at": answers_to(view)[-1]["through"]}
+    copied = run_python(exporting(None)(told, "python").decode(), tmp_path, monkeypatch)
     if kind == "equilibrium":
         assert copied["values"].real.tolist() == pytest.approx([values[0]] * 2, rel=1e-12)
         assert capsys.readouterr().out.startswith("frequencies (Hz): [0.159154")
@@ -246,6 +242,7 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind, mo
     else:
         state = values[1 : 1 + len(orbit.state)]
         assert copied["orbit"].duration == pytest.approx(orbit.duration, rel=1e-12)
+        assert copied["orbit"].state == pytest.approx(orbit.state, rel=1e-8)
     assert state == orbit.state.tolist()
     # From its nodes alone it has the duration and the multipliers that it was saved with.
     assert orbit.check().passed

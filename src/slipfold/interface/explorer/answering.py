@@ -165,13 +165,11 @@ class Answering:
         if isinstance(view, SweepRequest) and request.format != "python":
             raise InputError("a sweep cannot be saved as a file; copy it as Python")
         result: Result
-        orbit: PeriodicOrbit | None = None
-        if isinstance(view, OrbitRequest):
-            orbit = self._orbit(view, check)
         if request.format == "python":
             file = self._catalogue.file(model)
-            return python_text(model, view, orbit, file, request.measurements).encode()
-        if orbit is not None:
+            return python_text(model, view, file, request.measurements).encode()
+        if isinstance(view, OrbitRequest):
+            orbit = self._orbit(view, check)
             jacobian = jacobian_of(orbit)
             if jacobian is not None and request.format == "csv":
                 return modes_table(orbit, jacobian)
@@ -239,7 +237,8 @@ class Answering:
         """Return the orbit that a request is about; while a slider moves, on moved branches."""
         at, model = request.at, self._catalogue.of(request)
         if not isinstance(at, OnBranch):
-            return periodic_orbit(model.replace(**{request.vary: at.value}), at.period, at.state)
+            there = model.replace(**{request.vary: at.value})
+            return periodic_orbit(there, at.period or 1, at.state, duration=at.duration)
         near, key = self._nearest.get(_family(model, request)), _key(model, request)
         moved = None
         if near is not None and key not in self._diagrams:

@@ -18,13 +18,14 @@ from slipfold.interface.explorer.messages import (
     DrawnRequest,
     FurtherStart,
     OrbitRequest,
+    OrbitThrough,
     PlaneRequest,
     SimulationRequest,
     SweepRequest,
 )
 from slipfold.interface.explorer.sweeps import KEPT, PARTS, swept_model, values_of_runs
 from slipfold.interface.explorer.texts import case_text, changed_values, is_built_in, whole_text
-from slipfold.interface.explorer.trajectories import jacobian_of, start_of, timed
+from slipfold.interface.explorer.trajectories import start_of, timed
 from slipfold.lines import parts_of
 from slipfold.models.definitions.system_file import write_tables
 from slipfold.models.model import Model
@@ -126,11 +127,7 @@ _CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
 
 
 def python_text(
-    model: Model,
-    view: DrawnRequest,
-    orbit: PeriodicOrbit | None,
-    file: Path | None = None,
-    measurements: str | None = None,
+    model: Model, view: DrawnRequest, file: Path | None = None, measurements: str | None = None
 ) -> str:
     """Return a script that computes and draws what a view shows, with measurements of a file.
 
@@ -139,7 +136,7 @@ def python_text(
     ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
     ...     ' "show": "x"}'
     ... )
-    >>> print(python_text(SlidingOscillator(), view, None))
+    >>> print(python_text(SlidingOscillator(), view))
     import slipfold as sf
     <BLANKLINE>
     model = sf.SlidingOscillator()
@@ -148,25 +145,21 @@ def python_text(
     diagram.plot("x", measure="max").figure.savefig("diagram.svg")
     <BLANKLINE>
     """
-    shown = model if orbit is None else orbit.model
-    lines = [
-        *(SWEEP_IMPORTS if isinstance(view, SweepRequest) else ()),
-        *(
-            ("import numpy as np", "")
-            if orbit is not None and jacobian_of(orbit) is not None
-            else ()
-        ),
-        "import slipfold as sf",
-        "",
-        f"model = {_model(shown, file, view.text)}",
-        *_steps(shown, view, orbit, measurements),
-    ]
-    return "\n".join(lines) + "\n"
+    if isinstance(view, OrbitRequest):
+        if not isinstance(view.at, OrbitThrough):
+            raise InputError(f"{view.at!r} has no state, from which a script finds it; give state")
+        model = model.replace(**{view.vary: view.at.value})
+    steps = "\n".join(_steps(model, view, measurements))
+    used = "".join(f"{line}\n" for name, line in IMPORTS.items() if name in steps)
+    head = f"{used}\n" if used else ""
+    return f"{head}import slipfold as sf\n\nmodel = {_model(model, file, view.text)}\n{steps}\n"
 
 
-def _steps(
-    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, measurements: str | None
-) -> list[str]:
+# By what a script uses of them
+IMPORTS = {"np.": "import numpy as np", "Figure(": "from matplotlib.figure import Figure"}
+
+
+def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[str]:
     if isinstance(view, DiagramRequest):
         span = f"({view.span[0]!r}, {view.span[1]!r})"
         read = f"measured = sf.read_measurement({measurements!r}, model)"
@@ -201,13 +194,12 @@ def _steps(
         ]
     if isinstance(view, SweepRequest):
         return _sweep_steps(model, view)
-    assert orbit is not None  # what is left is an orbit
-    names = [item.name for item in model.states]
-    state = dict(zip(names, orbit.state.tolist(), strict=True))
-    if jacobian_of(orbit) is not None:
-        return _modes_of_equilibrium(model, view, state)
+    at = cast(OrbitThrough, view.at)  # what is left is an orbit
+    if at.period is None:
+        return _modes_of_equilibrium(model, view, at.state)
+    takes = f"period={at.period}" if at.duration is None else f"duration={at.duration!r}"
     return [
-        f"orbit = sf.periodic_orbit(model, period={orbit.period}, state={state!r})",
+        f"orbit = sf.periodic_orbit(model, state={at.state!r}, {takes})",
         "print(orbit.multipliers, orbit.stable)",
         "time, states = orbit.sample()",
     ]
@@ -226,8 +218,6 @@ def _modes_of_equilibrium(model: Model, view: OrbitRequest, state: dict[str, flo
         'print("damping ratios:", -values.real / abs(values))',
     ]
 
-
-SWEEP_IMPORTS = "import numpy as np", "from matplotlib.figure import Figure", ""
 
 EXTREMES = {
     "max": "output.max()",

@@ -161,7 +161,8 @@ class OrbitThrough(_Message):
 
     value: Number  # value of the parameter that is varied
     state: Values  # states at phase zero by name
-    period: Annotated[int, Field(ge=1, le=64, strict=True)] = 1  # period in forcing periods
+    period: Annotated[int, Field(ge=1, le=64, strict=True)] | None = 1  # None of an equilibrium
+    duration: Annotated[Number, Field(gt=0)] | None = None  # of a cycle, in seconds
 
 
 class OrbitRequest(_ResponseRequest):
@@ -356,7 +357,7 @@ class ExportRequest(_Message):
     @property
     def is_text(self) -> bool:
         """Whether nothing is computed for it: it only says what was asked for."""
-        return self.format in ("python", "toml") and not isinstance(self.view, OrbitRequest)
+        return self.format in ("python", "toml")
 
 
 class ValuesRequest(Quick, _OfModel):

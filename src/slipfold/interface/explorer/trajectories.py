@@ -80,7 +80,12 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "stable": orbit.stable,
         "period": orbit.period,
         "value": number(model.values[vary]),
-        "duration": number(orbit.duration),
+        "through": {  # as `OrbitThrough`
+            "value": model.values[vary],
+            "state": dict(zip(names, orbit.state.tolist(), strict=True)),
+            "period": (orbit.period if model.forced else 1) if jacobian is None else None,
+            "duration": orbit.duration if jacobian is None and not model.forced else None,
+        },
         "mechanism": mechanism_of(model),
     }
 

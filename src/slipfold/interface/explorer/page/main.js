@@ -87,7 +87,7 @@ function build(models, study, { view: given, sentence }) {
       picture: (format) => plotted(plane, format),
     }, page),
     orbit: new ExportMenu("orbit", {
-      request: () => orbits.shown?.request ?? null,
+      request: (format) => orbits.shown && orbits.requestFor(format),
       picture: (format) => drawn(orbits.title.textContent, orbits.figures, format),
     }, page),
     simulation: new ExportMenu("simulation", {

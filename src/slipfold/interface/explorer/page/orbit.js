@@ -257,6 +257,12 @@ export class OrbitPanel {
     return this.node.classList.contains("empty") ? null : this.#orbit;
   }
 
+  /** What the server makes a file of: a script that finds the orbit again needs no branch, and waits for none. */
+  requestFor(format) {
+    const { answer, request } = this.#orbit;
+    return format === "python" ? { ...request, at: answer.through } : request;
+  }
+
   /** All pictures that are seen with their captions, for a file. */
   get figures() {
     const seen = this.#plots.filter(isSeen).map(({ plot }) => plot);

@@ -159,11 +159,7 @@ export class Session {
    */
   startOfOrbit(value) {
     const answer = this.place && this.#orbits.get(JSON.stringify(orbitRequest(this.view, this.place)));
-    if (!answer) return null;
-    const state = Object.fromEntries(Object.entries(answer.states).map(([name, values]) => [name, values[0]]));
-    if (answer.eigenvalues) return { value, state };
-    const duration = this.model.forced ? {} : { duration: answer.duration };
-    return { value, state, period: this.model.forced ? answer.period : 1, ...duration };
+    return answer ? { ...answer.through, value } : null;
   }
 
   /** Compute the plane that the view shows, even if it is the same as before. */

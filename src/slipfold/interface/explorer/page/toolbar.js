@@ -70,7 +70,7 @@ const FIGURES = ["pdf", "svg", "png"];
 
 /**
  * @typedef {object} Source
- * @property {() => object|null} [request] what made the view; null if there is nothing yet
+ * @property {(format?: string) => object|null} [request] what made the view; null if there is nothing yet
  * @property {boolean} [isCommand] whether a command of the command line computes it and draws its figure
  * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
  * @property {(format: "png"|"svg") => Promise<Blob>} picture
@@ -150,7 +150,7 @@ export class ExportMenu {
     const others = this.#meanwhile();
     this.#say(`Making ${what}${others && `; computed meanwhile: ${others}`}…`, true);
     const [pins, measurements] = [this.#source.pins?.() ?? [], this.#source.measurements?.() ?? null];
-    return exported(this.#source.request(), format, { pins, measurements });
+    return exported(this.#source.request(format), format, { pins, measurements });
   }
 
   async #picture(format) {

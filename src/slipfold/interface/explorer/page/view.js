@@ -246,8 +246,8 @@ function digits(value) {
 /** A start in full: what Newton's method or a solution makes of it depends on it. */
 function startText({ value, state, period, duration }) {
   const inner = new URLSearchParams({ at: value });
-  if (period !== undefined) inner.set("period", period);
-  if (duration !== undefined) inner.set("duration", duration);
+  if (period) inner.set("period", period);
+  if (duration) inner.set("duration", duration);
   for (const [name, number] of Object.entries(state)) inner.set(`s.${name}`, number);
   return inner.toString();
 }
