@@ -81,12 +81,12 @@ def test_it_can_be_read_in_both_themes_and_every_width(new_tab):
     explorer, page = new_tab, new_tab.page
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)
-    for theme, widths in (("light", WIDTHS[:1]), ("dark", WIDTHS)):
+    for theme in ("light", "dark"):
         page.emulate_media(color_scheme=theme, reduced_motion="reduce")
         page.wait_for_function(
             "(name) => document.documentElement.dataset.theme === name", arg=theme
         )
-        for width in widths:
+        for width in WIDTHS:
             page.set_viewport_size({"width": width, "height": 900})
             page.wait_for_function(
                 "([selector, width]) => { const plot = document.querySelector(selector); return"
