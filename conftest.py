@@ -24,6 +24,11 @@ for variable, value in {
 }.items():
     os.environ.setdefault(variable, value)
 
+# Containers often forbid it: each process that tests start would compile the package anew, which
+# takes a third of its imports.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 FREE_CHOICES = pytest.StashKey()
 CACHE_VARIABLE = "SLIPFOLD_CACHE_DIR"
 

@@ -259,18 +259,19 @@ def test_a_response_in_twenty_modes():
 
 def test_each_orbit_has_a_mesh_of_its_own():
     """Steps move a front of friction by many times its width, and nothing seems to happen there."""
-    dry, ends = sf.Coulomb(mu_k=0.25), []
-    for law in (dry, sf.Regularized(dry, e=1e-3), sf.Regularized(dry, e=1e-2)):
-        contact = sf.FrictionContact("x14", law, load=1.0, Vd=0.0)
-        model = chain(14, contacts=contact, elements=(), forcing=sf.HarmonicForce("x14", F=1.0))
-        span = tuple(np.array([0.97, 1.0]) * model.natural_frequencies[0])
-        (branch,) = sf.response(model, "f", span).branches
-        assert len(branch) < 30
-        assert branch.stable.all()
-        assert not branch.special
-        ends.append(branch.nodes[-1, 0])
+    law, models = sf.Coulomb(mu_k=0.25), []
+    for chosen in (law, sf.Regularized(law, e=1e-2), sf.Regularized(law, e=1e-3)):
+        contact = sf.FrictionContact("x14", chosen, load=1.0, Vd=0.0)
+        given = {"contacts": contact, "elements": (), "forcing": sf.HarmonicForce("x14", F=1.0)}
+        models.append(chain(14, **given))
+    f = models[0].natural_frequencies[0]
+    dry, blunt = (sf.periodic_orbit(model.replace(f=f)).state for model in models[:2])
+    (branch,) = sf.response(models[2], "f", (0.97 * f, f)).branches
+    assert len(branch) < 30
+    assert branch.stable.all()
+    assert not branch.special
     assert branch.multiplier_uncertainty.max() < 1e-5
-    sharp, blunt = (np.abs(end - ends[0]).max() for end in ends[1:])
+    sharp, blunt = (np.abs(state - dry).max() for state in (branch.nodes[-1, 0], blunt))
     assert sharp < blunt / 5  # the errors of regularization are of the first order
 
 

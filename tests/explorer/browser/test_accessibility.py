@@ -25,12 +25,12 @@ STUDY = {
 MEASURED = "W [rad/s],max q,sweep\n1.2,0.9,up\n1.4,0.7,down\n"
 
 
-def test_no_panel_has_a_violation_in_either_theme(new_tab):
-    page = new_tab.page
+def test_no_panel_has_a_violation_in_either_theme(own_tab):
+    page = own_tab.page
     study = study_view(sf.study(STUDY), "duffing")
     page.route("**/api/study", lambda route: route.fulfill(json=study))
     page.set_viewport_size({"width": 1366, "height": 768})
-    new_tab.open("model=duffing&plane=W~1.3~1.5~F~0.2~0.3", plane=True)
+    own_tab.open("model=duffing&plane=W~1.3~1.5~F~0.2~0.3", plane=True)
 
     def press(name):
         page.get_by_role("button", name=name, exact=True).click()
@@ -47,7 +47,7 @@ def test_no_panel_has_a_violation_in_either_theme(new_tab):
     expect(page.locator("#exponents strong")).to_be_visible()
     press("Sweep up and down")
     page.wait_for_selector(".sweep-control[data-state=running]")
-    new_tab.box("d").fill("1,5")
+    own_tab.box("d").fill("1,5")
     page.get_by_label("Export the diagram").first.click()
     assert violations(page) == []
     page.get_by_text("Copy as Python").first.click()

@@ -74,7 +74,10 @@ class Loudspeaker {
     this.#context.resume();
     const heard = begun(this.#context, sound);
     this.#heard = { ...heard, ended };
-    heard.source.onended = () => this.#heard?.source === heard.source && this.#end();
+    heard.source.onended = () => {
+      if (this.#heard?.source === heard.source) this.#end();
+      if (!this.#heard) this.#context.suspend(); // silence is computed as well
+    };
   }
 
   /** Fade out at once. */
