@@ -230,8 +230,16 @@ def close_on_parent(
     `children` are the first points of those. One branch alone leaves such a point, so that it
     cannot come back to where it began.
     """
-    child = _matching(orbits, meeting, children)
-    value = orbits.value(meeting if child is None else orbits.adopt(child.curve, child.z))
+    alike = {
+        child: orbits.adopt(child.curve, child.z)
+        for child in children
+        if child.curve.is_like(orbits)
+    }
+    gaps = {child: orbits.distance(z, meeting) for child, z in alike.items()}
+    child = min(gaps, key=gaps.__getitem__, default=None)
+    if child is not None and not gaps[child] < CLOSING.near_origin:
+        child = None
+    value = orbits.value(meeting if child is None else alike[child])
     where = _place_of_meeting(orbits, meeting)
     if child is first:
         reason = (
@@ -240,8 +248,13 @@ def close_on_parent(
         )
         return Stop(last, End("failed", reason, (value,)))
     reason = f"the branch closed on {where} at {orbits.vary} = {value:.9g}"
-    beyond = None if child is None else _child_point(orbits, last, child)
-    return Stop(last, End("closed", reason, (value,)), beyond, child)
+    end = End("closed", reason, (value,))
+    if child is None:
+        return Stop(last, end)
+    z = orbits.in_phase(alike[child], last.z)
+    at = last.arclength + float(np.linalg.norm(z - last.z))
+    beyond = orbits.derived_point(z, last.tangent, at, child.monodromy, child.residual)
+    return Stop(last, end, beyond, child)
 
 
 def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
@@ -253,24 +266,6 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
         < CLOSING.near_origin * len(states) ** 0.5
     )
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
-
-
-def _matching(orbits: Orbits, meeting: Array, children: Sequence[OrbitPoint]) -> OrbitPoint | None:
-    """Return the bifurcation whose orbit is the one where the branch met its copy."""
-
-    def distance(child: OrbitPoint) -> float:
-        return orbits.distance(orbits.adopt(child.curve, child.z), meeting)
-
-    alike = [child for child in children if child.curve.is_like(orbits)]
-    nearest = min(alike, key=distance, default=None)
-    return nearest if nearest is not None and distance(nearest) < CLOSING.near_origin else None
-
-
-def _child_point(orbits: Orbits, last: OrbitPoint, child: OrbitPoint) -> OrbitPoint:
-    """Return the bifurcation that a branch closed on as its last point."""
-    z = orbits.in_phase(orbits.adopt(child.curve, child.z), last.z)
-    place = last.arclength + float(np.linalg.norm(z - last.z))
-    return orbits.derived_point(z, last.tangent, place, child.monodromy, child.residual)
 
 
 class Returns:
