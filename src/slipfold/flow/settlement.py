@@ -24,7 +24,7 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_trajectory import ModeChange
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
-from slipfold.models.angles import NO_ANGLES, wrap_angles
+from slipfold.models.angles import NO_ANGLES, distances, wrap_angles
 from slipfold.models.model import Model
 from slipfold.text import number_text
 
@@ -299,8 +299,8 @@ def judge_changes(
         if any(last[i].mode != last[i + length].mode for i in range(len(last) - length)):
             continue
         states = np.array([change.state for change in last])
-        apart = np.abs(wrap_angles(states[length:] - states[:-length], model.angle_periods))
-        apart = (apart / model.state_scales()).reshape(CONVERGENCE.rounds - 1, -1)
+        apart = distances(model, states[length:], states[:-length])
+        apart = apart.reshape(CONVERGENCE.rounds - 1, -1)
         first, middle, drift = apart.max(axis=1).tolist()
         trend = Trend(length, drift, (first, middle, drift), length)
         if not (drift <= tolerance and trend.distance <= tolerance):

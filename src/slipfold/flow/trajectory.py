@@ -22,7 +22,7 @@ from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Ending, Mode, Status
 from slipfold.flow.polynomials import OnsetPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.model import Model
 from slipfold.models.quantities import OutputName
 from slipfold.read_only import Documented
@@ -387,8 +387,8 @@ def _goes_round(model: Model, state: Array, parts: Sequence[SmoothPhase], count:
         return False
     if not any(part.event is not None and part.event.ending is Ending.STIFF for part in parts):
         return True
-    apart = wrap_angles(parts[-1].state - state, model.angle_periods) / model.state_scales()
-    return bool(np.abs(apart).max() < 1e-5)  # a contact that is caught misses by far
+    # A contact that is caught misses by far.
+    return bool(distances(model, parts[-1].state, state) < 1e-5)
 
 
 def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, stroboscopic_states
 from slipfold.long_term.search import UNDECIDED, Box, box_around, search
 from slipfold.long_term.verified import ATTRACTOR, CycleLine
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.equilibria import equilibria_in
 from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
@@ -311,8 +311,8 @@ def _parent(branch: Branch, row: int) -> Begin | None:
     """Return the equilibrium that an orbit shrank to, or the orbit that it repeats twice."""
     orbit, value = branch.orbit(row), float(branch.parameter[row])
     forced, half = orbit.model.forced, len(orbit.nodes) // 2
-    apart = wrap_angles(np.roll(orbit.nodes, half, axis=0) - orbit.nodes, orbit.model.angle_periods)
-    if not 0 < np.abs(apart / orbit.model.state_scales()).max() < CLOSING.near_origin:
+    apart = distances(orbit.model, np.roll(orbit.nodes, half, axis=0), orbit.nodes)
+    if not 0 < apart.max() < CLOSING.near_origin:
         return None
     if (
         not forced
@@ -386,13 +386,12 @@ def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
     if begin.orbit is None or resting:
         if begin.orbit is not None or not resting or begin.state is None:
             return False
-        apart = wrap_angles(begin.state - orbit.state, model.angle_periods)
-        return bool(np.abs(apart / model.state_scales()).max() < ATTRACTOR.same_branch)
+        return bool(distances(model, begin.state, orbit.state) < ATTRACTOR.same_branch)
     if model.forced:
         if orbit.period != begin.orbit.period:
             return False
-        apart = wrap_angles(stroboscopic_states(begin.orbit) - orbit.state, model.angle_periods)
-        return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ATTRACTOR.same_branch)
+        apart = distances(model, stroboscopic_states(begin.orbit), orbit.state)
+        return bool(apart.min() < ATTRACTOR.same_branch)
     same = abs(orbit.duration / begin.orbit.duration - 1) < ATTRACTOR.same_branch
     line = CycleLine(begin.orbit, begin.orbit.model.state_scales())
     return same and bool(line.distance(orbit.state) < ATTRACTOR.same_branch)

@@ -25,7 +25,7 @@ from slipfold.long_term.attractor import (
     stroboscopic_states,
 )
 from slipfold.long_term.exponents import find_exponents, growth_from, growth_through_stick
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
@@ -372,9 +372,7 @@ class AttractorSet:
 
     def _gaps(self, states: Array) -> Array:
         """Return the change of a trajectory over its last 1, 2, ... periods, in scaled states."""
-        before = states[-2:-18:-1]
-        apart = wrap_angles(states[-1] - before, self.model.angle_periods)
-        return np.asarray(np.abs(apart / self.model.state_scales()).max(axis=1))
+        return distances(self.model, states[-1], states[-2:-18:-1])
 
     def _orbit(self, state: Array, period: int, sticks: bool) -> AttractorRegion | None:
         if not sticks and self._slips:
@@ -386,9 +384,7 @@ class AttractorSet:
             orbit = periodic_orbit(self.model, period, state)
         except InputError:
             return None
-        states = stroboscopic_states(orbit)
-        apart = wrap_angles(states - orbit.state, self.model.angle_periods)
-        away = np.abs(apart / self.model.state_scales()).max(axis=1)
+        away = distances(self.model, stroboscopic_states(orbit), orbit.state)
         for shorter in range(1, period):
             if period % shorter == 0 and away[shorter] < ATTRACTOR.same:
                 return self._orbit(orbit.state, shorter, sticks)

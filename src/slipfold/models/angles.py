@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.models.quantities import State
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Model
 
 REVOLUTION = 2 * np.pi
 """Radians in a revolution."""
@@ -25,6 +29,15 @@ def wrap_angles(difference: Array, periods: Array) -> Array:
     if not periods.any():
         return difference
     return difference - count_revolutions(difference, periods) * periods
+
+
+def distances(model: Model, states: Array, others: Array) -> Array:
+    """Return by how much states differ at most, in scaled states; revolutions make no difference.
+
+    Shapes: states, others (..., n); returns (...).
+    """
+    apart = wrap_angles(states - others, model.angle_periods)
+    return np.asarray(np.abs(apart / model.state_scales()).max(axis=-1))
 
 
 def mean_state(states: Array, periods: Array) -> Array:

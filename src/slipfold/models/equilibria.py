@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.model import Model, evaluation_of
 from slipfold.newton import solve_each
 
@@ -139,8 +139,7 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     for reach in (0.1, 1.0, 10.0, 100.0):  # in scaled states
         starts = start + reach * scales * around.uniform(-1.0, 1.0, (24, len(start)))
         if reached := equilibria_in(model, starts):
-            turns = model.angle_periods
-            return min(reached, key=lambda at: abs(wrap_angles(at - start, turns) / scales).max())
+            return min(reached, key=lambda at: float(distances(model, at, start)))
     return None
 
 
@@ -159,7 +158,6 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
         if not all(values[limit.output] > limit.bound for limit in limits):
             continue
         reduced = wrap_angles(state, model.angle_periods)
-        apart = [wrap_angles(reduced - other, model.angle_periods) / scales for other in result]
-        if all(np.abs(each).max() > 1e-8 for each in apart):
+        if all(distances(model, reduced, other) > 1e-8 for other in result):
             result.append(reduced)
     return result

@@ -19,7 +19,7 @@ from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import HybridIntegration, initial_state, reaches_stick_limit, simulate
 from slipfold.flow.trajectory import Trajectory
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.orbits.continued import fitted, hold_parameter
@@ -244,7 +244,6 @@ class _Search:
 
     def _repeating(self, hybrid: HybridIntegration) -> Trajectory:
         """Follow a trajectory until it nearly repeats, or for all periods."""
-        scales, angles = hybrid.model.state_scales(), self.model.angle_periods
         every = self.period * -(-SEARCH.between // self.period)
         hybrid.advance(self.settle % self.period)  # it begins in the phase in which all would end
         while hybrid.periods < self.settle:
@@ -252,7 +251,7 @@ class _Search:
             if hybrid.stopped is not None:
                 break
             last, before = hybrid.states[[-1, -1 - self.period]]
-            if np.abs(wrap_angles(last - before, angles) / scales).max() < SEARCH.repeated:
+            if distances(hybrid.model, last, before) < SEARCH.repeated:
                 break
         return hybrid.result(SEARCH.repeated)
 
@@ -314,8 +313,7 @@ def _revolutions(cycle: PeriodicOrbit) -> int:
     flow, model = flow_of(cycle.model), cycle.model
     phases = np.append(0.0, 1 / np.arange(SEARCH.revolutions, 1, -1))
     states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
-    apart = wrap_angles(states - cycle.state, model.angle_periods) / model.state_scales()
-    back = np.flatnonzero(np.abs(apart).max(axis=1) < SEARCH.same)
+    back = np.flatnonzero(distances(model, states, cycle.state) < SEARCH.same)
     return int(SEARCH.revolutions - back[0]) if len(back) else 1
 
 
@@ -326,8 +324,7 @@ def _refuse_shorter(orbit: PeriodicOrbit, states: Array) -> None:
     """
     count, model = orbit.period, orbit.model
     for shorter in range(1, count):
-        apart = wrap_angles(states[shorter] - states[0], model.angle_periods)
-        moved = np.abs(apart / model.state_scales()).max()
+        moved = distances(model, states[shorter], states[0])
         if count % shorter == 0 and moved < SEARCH.same:
             raise InputError(
                 f"the orbit found for period {count} has period {shorter}; give a state nearer to "

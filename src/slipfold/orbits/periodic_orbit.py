@@ -19,7 +19,7 @@ from slipfold.flow.hybrid_flow import hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import first_mode
 from slipfold.flow.modes import Mode, reported_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
-from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
+from slipfold.models.angles import count_revolutions, distances, revolutions_by_name
 from slipfold.models.levels import POWERS, reference_of, unit_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import OutputName
@@ -319,10 +319,9 @@ class PeriodicOrbit(Measured, OneLine):
         from slipfold.orbits.multipliers import multiplier_difference
 
         found = orbit_by_collocation(self.model, self.nodes, self.period, self.multipliers)
-        apart = wrap_angles(found.anchors - self.nodes, self.model.angle_periods)
         return OrbitCheck(
             found,
-            float(np.abs(apart / self.model.state_scales()).max()),
+            float(distances(self.model, found.anchors, self.nodes).max()),
             abs(found.duration / self.duration - 1),
             multiplier_difference(self.multipliers, found.multipliers),
             tolerance,

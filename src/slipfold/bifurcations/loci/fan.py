@@ -19,7 +19,7 @@ from slipfold.bifurcations.loci.window import Plane
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import GRAZED, contacts_of
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.equilibria import equilibria_in, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
@@ -162,9 +162,9 @@ def _repeats(orbits: Orbits, z: Array) -> bool:
     """Whether an orbit of an even period is one of half the period, gone round twice."""
     if orbits.period % 2:
         return False
-    nodes, whole = orbits.evenly(z), orbits.model.angle_periods
-    halves = wrap_angles(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
-    return float(np.abs(halves / orbits.model.state_scales()).max()) < FAN.same_halves
+    nodes = orbits.evenly(z)
+    halves = distances(orbits.model, nodes, np.roll(nodes, len(nodes) // 2, axis=0))
+    return bool(halves.max() < FAN.same_halves)
 
 
 def _as_point(
@@ -343,9 +343,8 @@ def _passes(line: FanLine, plane: Plane, model: Model, state: Array) -> bool:
 def _is_another(model: Model, state: Array, known: Sequence[Array]) -> bool:
     """Whether an equilibrium is none of those that are found from known states."""
     found = [search_equilibrium(model, near) for near in known]
-    near, turns = FAN.same_rest * model.state_scales(), model.angle_periods
-    apart = [wrap_angles(other - state, turns) for other in found if other is not None]
-    return all(bool((np.abs(item) > near).any()) for item in apart)
+    apart = (distances(model, other, state) for other in found if other is not None)
+    return all(item > FAN.same_rest for item in apart)
 
 
 def _through(plane: Plane, model: Model, state: Array, vary: str, fixed: str) -> FanLine:

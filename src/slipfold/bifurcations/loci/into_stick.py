@@ -26,7 +26,7 @@ from slipfold.errors import InputError
 from slipfold.flow.modes import MET, contacts_of
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import last_round
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.test_functions import critical_places
@@ -281,14 +281,9 @@ def _add(model: Model, found: Settled, known: list[Settled]) -> None:
     """Add an attractor unless it is known or of a period that labels leave out."""
     if not found.counts:
         return
-    scales, whole = model.state_scales(), model.angle_periods
-    for other in known:
-        if other.period == found.period and any(
-            np.abs(wrap_angles(state - found.state, whole) / scales).max() < ISOLATED.same
-            for state in other.states
-        ):
-            return
-    known.append(found)
+    alike = (other.states for other in known if other.period == found.period)
+    if not any((distances(model, each, found.state) < ISOLATED.same).any() for each in alike):
+        known.append(found)
 
 
 def _periods(found: Sequence[Settled]) -> list[int]:

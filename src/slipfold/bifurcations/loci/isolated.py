@@ -20,7 +20,7 @@ from slipfold.bifurcations.loci.window import Plane
 from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.continued import hold_parameter
@@ -83,11 +83,9 @@ def is_among(
 
     Shapes: nodes (m, n_states), where m differs between orbits.
     """
-    scales, whole = model.state_scales(), model.angle_periods
     each, rest = divmod(len(nodes), period)
     starts = nodes[:1] if rest else nodes[::each]
-    gaps = (np.abs(wrap_angles(starts - other[0], whole) / scales) for other in known)
-    return any(gap.max(axis=1).min() < ISOLATED.same for gap in gaps)
+    return any(distances(model, starts, other[0]).min() < ISOLATED.same for other in known)
 
 
 def _orbit_on(branch: Branch, rows: NDArray[np.intp], value: float) -> NDArray[np.float64] | None:
@@ -216,19 +214,14 @@ def other_orbits(
 
 def _moved(model: Model, states: Array, periods: int) -> Array:
     """Return by how much states move in some forcing periods, in scaled states, shape (k,)."""
-    change = wrap_angles(_advanced(model, states, periods) - states, model.angle_periods)
-    return np.asarray(np.abs(change / model.state_scales()).max(axis=1))
+    return distances(model, _advanced(model, states, periods), states)
 
 
 def _is_near(model: Model, state: Array, found: dict[int, list[Array]], reach: float) -> bool:
     """Whether a state lies beside one of the orbits, in any forcing period of it."""
-    for period, orbits in found.items():
-        for nodes in orbits:
-            gaps = nodes[:: max(1, len(nodes) // period)] - state
-            apart = np.abs(wrap_angles(gaps, model.angle_periods) / model.state_scales())
-            if apart.max(axis=1).min() < reach:
-                return True
-    return False
+    known = ((period, nodes) for period, orbits in found.items() for nodes in orbits)
+    starts = (nodes[:: max(1, len(nodes) // period)] for period, nodes in known)
+    return any(distances(model, each, state).min() < reach for each in starts)
 
 
 def _orbit_from(model: Model, period: int, state: Array) -> PeriodicOrbit | None:

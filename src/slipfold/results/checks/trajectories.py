@@ -17,7 +17,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.trajectory import Trajectory
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances, wrap_angles
 from slipfold.results.checks.checked import CHECKS, Check, Checked
 from slipfold.results.checks.curves import spread
 from slipfold.results.checks.orbit_difference import implicit_ends
@@ -96,8 +96,8 @@ def repeated(
     """Compare the ends of periods with those of the trajectory."""
     scales = trajectory.model.state_scales()
     size = max(1.0, float(np.abs(trajectory.states / scales).max()))
-    apart = wrap_angles(ends - trajectory.states[chosen + 1], trajectory.model.angle_periods)
-    difference = np.abs(apart / scales).max(initial=0.0) / size
+    apart = distances(trajectory.model, ends, trajectory.states[chosen + 1])
+    difference = apart.max(initial=0.0) / size
     difference = float(difference) if np.isfinite(difference) else np.inf
     each = "forcing period" if trajectory.model.forced else "interval"
     plural = "s" if trajectory.periods > 1 else ""
