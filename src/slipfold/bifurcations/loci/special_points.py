@@ -130,7 +130,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
         which of the two Newton's method converges is rounding, and so are tests and tangents.
         """
         turns, before = [item for item in result.found if item.type == "DP"], interval.before
-        beside = turns or [Found("DP", interval.point, 0.0)] * self._is_symmetric(interval.point)
+        may_be = _near_crossing(before, interval.point) and self._is_symmetric(interval.point)
+        beside = turns or [Found("DP", interval.point, 0.0)] * may_be
         exact = on_branch_points(beside[0], self._curve, "DP") if beside else None
         if not (turns or exact):
             return result
@@ -291,6 +292,16 @@ class SpecialPoints(Zeros[OrbitPoint]):
         places = critical_places(self._curve.condition, point.multipliers)
         others: NDArray[np.float64] = np.abs(np.delete(point.multipliers, places))
         return int(np.count_nonzero(others > 1))
+
+
+def _near_crossing(before: OrbitPoint, point: OrbitPoint) -> bool:
+    """Whether families of orbits may cross just ahead: the distance from that falls so fast.
+
+    It goes in proportion to the way that is left; a few times as much is allowed.
+    """
+    gaps = [crossing_gap(item.curve.orbits, item.z) for item in (before, point)]
+    left = RULES.near_parent / (RULES.near_parent + point.arclength - before.arclength)
+    return gaps[1] < max(2 * left * gaps[0], RULES.vanishes)
 
 
 def _also_critical(condition: str, found: Found) -> CriticalMultiplier | None:
