@@ -167,9 +167,8 @@ def test_a_family_of_cycles_up_to_a_homoclinic_orbit_has_no_folds():
 def test_folds_of_a_canard_explosion_are_located():
     # FitzHugh and Nagumo: between the Hopf points the cycles have a fold beside each, one of them
     # within the canards, where the parameter stands still within rounding.
-    model = sf.System(
-        parameters={"I": 0.0}, states={"v": "v - v^3/3 - w + I", "w": "0.08*(v + 0.7 - 0.8*w)"}
-    )
+    states = {"v": "v - v^3/3 - w + I", "w": "0.08*(v + 0.7 - 0.8*w)"}
+    model = sf.System(parameters={"I": 0.0}, states=states)
     diagram = sf.response(model, vary="I", span=(0, 2))
     assert [point.type for point in diagram.branches[1].special] == ["LP", "LP"]
     first, second = (point.value for point in special(diagram, "LP"))

@@ -19,9 +19,8 @@ def rarely(*values):
 
 def named(model, vary, span):
     """The one point on a branch from an orbit, which is passed."""
-    (branch,) = sf.response(
-        sf.periodic_orbit(model), vary=vary, span=span, settings=SINGLE
-    ).branches
+    orbit = sf.periodic_orbit(model)
+    (branch,) = sf.response(orbit, vary=vary, span=span, settings=SINGLE).branches
     assert branch.stopped.kind == "span"
     (point,) = branch.special
     return point, branch
@@ -66,9 +65,8 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
     (given,) = sf.response(orbit, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
     (found,) = sf.response(model, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
     assert [item.type for item in found.special] == ["STICK"]
-    (between,) = sf.response(
-        model, "Ns_x", (3.5, 4.5), start={"Ns_x": 4.0}, settings=SINGLE
-    ).branches
+    start = {"start": {"Ns_x": 4.0}, "settings": SINGLE}
+    (between,) = sf.response(model, "Ns_x", (3.5, 4.5), **start).branches
     for point in (found.special[0], between.special[0]):
         known = point.uncertainty + given.special[0].uncertainty
         assert point.value == pytest.approx(given.special[0].value, abs=known)

@@ -54,6 +54,10 @@ class SpecialPoint(LocatedPoint):
     images: Annotated[
         int, "Branches that begin here and are not followed: symmetric images of those that are."
     ] = 0
+    rare: Annotated[
+        int,
+        "Branches found from few of the directions tried: others may be missing then.",
+    ] = 0
     gradients: Annotated[
         Mapping[str, float] | None,
         "Derivatives of `value` with respect to the other parameters of the model, by name, in SI "
@@ -98,6 +102,8 @@ class SpecialPoint(LocatedPoint):
                     f"; cycles of at most {distinct} of the {len(angles)} critical pairs are "
                     "followed, one of each frequency"
                 )
+            if self.rare:
+                left += f"; others may be missing: few directions led to {self.rare} of those found"
             return (
                 "criticality unknown: several multipliers are critical at once, as by a symmetry"
                 f"{left}"
