@@ -151,7 +151,7 @@ def uncertainty(
 
     point = checked_point(point)
     model = point.model
-    known = _distributions(point, distributions)
+    known = checked_distributions(model, point.vary, distributions)
     parameter = model.parameter(point.vary)
     levels = tuple(_load(value, parameter) for value in loads)
     names = tuple(item.name for item in known)
@@ -202,9 +202,10 @@ def _load(value: float | str, parameter: Parameter) -> float:
     return load
 
 
-def _distributions(
-    point: SpecialPoint, distributions: Mapping[str, str | Mapping[str, Any]]
+def checked_distributions(
+    model: Model, vary: str, distributions: Mapping[str, str | Mapping[str, Any]]
 ) -> tuple[Distribution, ...]:
+    """Read the distributions of parameters of a threshold in another one."""
     from slipfold.parameter_space.distributions import parse_distribution
 
     if not distributions:
@@ -212,9 +213,9 @@ def _distributions(
             'no parameter is uncertain; give some, e.g. distributions={"mu": "normal 5%"}'
         )
     for name in distributions:
-        _checked_name(point.model, point.vary, name)
+        _checked_name(model, vary, name)
     return tuple(
-        parse_distribution(text, point.model.parameter(name), point.model.values[name])
+        parse_distribution(text, model.parameter(name), model.values[name])
         for name, text in distributions.items()
     )
 

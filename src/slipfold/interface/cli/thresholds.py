@@ -36,6 +36,11 @@ TYPE, PERIOD = optional(
 
 def _read_point(texts: Values, values: Values) -> Values:
     model, span = read_model(texts, values), read_span(texts, values)
+    if texts.get("distributions"):  # refused before the response is followed
+        from slipfold.computations.thresholds import checked_distributions
+
+        given = parse_assignments(texts["distributions"], "--distribution")
+        checked_distributions(model["model"], span["vary"], given)
     requested = {
         "point": (texts["type"], texts["period"] and parse_whole(texts["period"], "--period"))
     }
