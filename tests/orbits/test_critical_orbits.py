@@ -162,27 +162,24 @@ def test_jacobian_of_equilibria_against_differences(name, vary, span, plane, off
     if offset:
         problem, z, _ = problem.shifted(z, np.ones(len(z)))
     check_jacobian(problem, z, 1e-3, 1e-7)
+    by, at, along = orbits.by, orbits.constants(z), np.full((1, 1, len(orbits.scales)), 0.5)
+    sides = [orbits.nodes(z) + step * along[0] * orbits.scales for step in (1e-3, -1e-3)]
+    bent = [by.curvatures(side, at, along)[0][0, 0] @ along[0, 0] for side in sides]
+    third = by.cubes(orbits.nodes(z), at, along)[0, 0]
+    assert third == pytest.approx((bent[0] - bent[1]) / 2e-3, rel=1e-4, abs=1e-6)
 
 
 # -- through stick and slip ----------------------------------------------------------------------
 
 
 def test_jacobian_through_stick_against_differences():
-    contact = sf.FrictionContact(
-        "x",
+    law, load = (
         sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2, exponent=1),
-        load=sf.ModulatedLoad(Ns=1.0, Nd=0.6),
-        Vd=0.4,
+        sf.ModulatedLoad(Ns=1.0, Nd=0.6),
     )
-    model = sf.Structure(
-        [[1.0]],
-        [[0.15]],
-        [[1.0]],
-        names="x",
-        contacts=contact,
-        forcing=sf.HarmonicForce("x", F=0.5),
-        f=0.09,
-    )
+    contact = sf.FrictionContact("x", law, load=load, Vd=0.4)
+    more = {"contacts": contact, "forcing": sf.HarmonicForce("x", F=0.5), "f": 0.09}
+    model = sf.Structure([[1.0]], [[0.15]], [[1.0]], names="x", **more)
     settings = sf.Settings(largest_period=1)
     (branch,) = sf.response(model, "f", (0.09, 0.086), settings=settings).branches
     point = next(item for item in branch.special if item.type == "PD")

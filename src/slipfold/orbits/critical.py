@@ -153,8 +153,8 @@ class Critical(OrbitCurve):
 
     def _critical_eigenvalue(self, plain: Linearization, z: Array) -> Conditions:
         logarithm = self._log_multiplier(z)
-        if logarithm is not None:
-            slope = self.orbits.log_multiplier_slope(z)
+        slope = None if logarithm is None else self.orbits.log_multiplier_slope(z)
+        if logarithm is not None and slope is not None:
             return Conditions(np.array([logarithm]), slope[None])
         found = self._degeneracy(plain)
         gradient, propagated, bent = np.full(len(z), np.nan), None, None

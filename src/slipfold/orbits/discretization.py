@@ -228,12 +228,12 @@ class Discretization(ABC):
         """
         return None
 
-    def divergence_slope(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
+    def divergence_slope(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
         """Return the derivatives of that integral by scaled nodes and parameters, (m, n) and (k,).
 
-        Shapes: nodes (m, n).
+        None if it is not at hand. Shapes: nodes (m, n).
         """
-        raise NotImplementedError
+        return None
 
     @abstractmethod
     def propagate_to(
@@ -284,12 +284,12 @@ class Discretization(ABC):
         by_parameters (r, m, n, k).
         """
 
+    @abstractmethod
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
         """Return the third derivatives of the segments' ends along vectors, in scaled states.
 
         Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
         """
-        raise NotImplementedError
 
     def taken(self, other: Discretization, nodes: Array, constants: Constants) -> Array:
         """Return the nodes of an orbit that has those of another discretization, shape (m, n).

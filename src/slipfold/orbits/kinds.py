@@ -80,6 +80,13 @@ class VectorField(Discretization):
         )
         return (second * self.ratios)[:, None], (mixed * self.parameter_units)[:, None]
 
+    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
+        """Return the third derivatives of the rates along vectors, in scaled states."""
+        r, _, n = vectors.shape
+        along, states = vectors.reshape(r, n) * self.scales, np.tile(nodes, (r, 1))
+        third = self.flow.powers(states, np.zeros(r), constants, along)[1]
+        return np.asarray((third / self.scales)[:, None])
+
 
 class ForcedOrbits(Orbits):
     """Orbits whose duration is known, as the forcing's period is.
@@ -185,9 +192,12 @@ class Cycles(Orbits):
             return None
         return self.by.divergence(self.nodes(z), self.constants(z))
 
-    def log_multiplier_slope(self, z: Array) -> Array:
-        """Return its gradient, shape (m n + k,)."""
-        by_nodes, by_free = self.by.divergence_slope(self.nodes(z), self.constants(z))
+    def log_multiplier_slope(self, z: Array) -> Array | None:
+        """Return its gradient, shape (m n + k,); None if it is not known."""
+        slopes = self.by.divergence_slope(self.nodes(z), self.constants(z))
+        if slopes is None:
+            return None
+        by_nodes, by_free = slopes
         return np.concatenate([by_nodes.ravel() * np.sqrt(self.segments), by_free])
 
     def flow_direction(self, z: Array) -> Array:

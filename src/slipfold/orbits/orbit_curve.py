@@ -344,9 +344,9 @@ class Orbits(OrbitCurve):
         """Return the logarithm of the only multiplier that may change, if it is known itself."""
         return None
 
-    def log_multiplier_slope(self, z: Array) -> Array:
-        """Return its gradient, shape (m n + k,)."""
-        raise NotImplementedError
+    def log_multiplier_slope(self, z: Array) -> Array | None:
+        """Return its gradient, shape (m n + k,); None if it is not known."""
+        return None
 
     def conditions(self, z: Array) -> Conditions:
         """Return the equations besides those of the discretization."""
