@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipfold.flow.settlement import judge_settlement
+from slipfold import System
+from slipfold.flow.hybrid_trajectory import ModeChange
+from slipfold.flow.settlement import judge_changes, judge_settlement
 
 
 def judge(sequence, tolerance=1e-9):
@@ -13,12 +15,8 @@ def judge(sequence, tolerance=1e-9):
     return judge_settlement(states.reshape(len(states), -1), np.ones(1), tolerance)
 
 
-def normal(count):
-    return np.random.default_rng(20260105).normal(size=count)
-
-
 def noise(count):
-    return 2e-16 * normal(count)
+    return 2e-16 * np.random.default_rng(20260105).normal(size=count)
 
 
 @given(st.integers(1, 8), st.floats(0.1, 0.95), st.integers(0, 1000))
@@ -26,8 +24,7 @@ def test_decay_to_a_cycle_is_settled_with_its_period(period, rate, seed):
     cycle = np.random.default_rng(seed).normal(size=period)
     steps = np.arange(1001)
     found = judge(cycle[steps % period] + rate**steps + noise(1001))
-    assert found.settled
-    assert found.period == period
+    assert (found.settled, found.period) == (True, period)
     assert found.drift < 1e-9
     assert f"response of {period} forcing period" in found.message
 
@@ -37,8 +34,7 @@ def test_slow_decay_is_not_settled_and_says_how_long_it_takes(period, rate):
     cycle = np.array([0.0, 1.0, 0.3, 0.7])[:period]
     steps = np.arange(1001)
     found = judge(cycle[steps % period] + rate**steps + noise(1001))
-    assert not found.settled
-    assert found.period is None
+    assert (found.settled, found.period) == (False, None)
     assert found.rate == pytest.approx(rate, abs=1e-6)
     more = found.more
     assert f"about {more:.0f} more periods" in found.message
@@ -85,6 +81,10 @@ def test_an_alternation_that_fades_is_no_period_2(multiplier):
     once = int(np.log(4e-9) / np.log(-multiplier)) + 12  # 4e-10 is left
     assert judge((1 + 0.1 * multiplier**steps)[: max(once, 40)]).period == 1
     assert judge(1 + 1e-7 * (-1.0) ** steps).period == 2
+    model = System(parameters={"a": 1.0}, states={"x": {"rate": "-x", "scale": 1.0}})
+    rounds = [ModeChange(n, np.array([1 + 0.1 * multiplier**n]), ()) for n in range(once + 40)]
+    found = [judge_changes(model, rounds[: once + n], 1e-9, 0) for n in range(-20, 40)]
+    assert {item.duration for item in found} - {None} == {model.values["duration"]}
 
 
 def test_scales_and_tolerance_count():

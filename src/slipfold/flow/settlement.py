@@ -230,9 +230,7 @@ def _shortest(trends: list[Trend], settled: Trend, tolerance: float) -> Trend:
     """
     fading = min(settled.rate or 1.0, 1.0) ** settled.period
     parts = (trend for trend in trends if settled.period % trend.period == 0)
-    return next(
-        trend for trend in parts if trend is settled or trend.drift * fading <= 2 * tolerance
-    )
+    return next(part for part in parts if part is settled or part.drift * fading <= 2 * tolerance)
 
 
 def _settled(trend: Trend) -> Settlement:
@@ -294,6 +292,7 @@ def judge_changes(
 
     The last rounds of a cycle must have the same modes in the same order.
     """
+    trends = list[Trend]()
     for length in range(1, min(CONVERGENCE.max_changes, len(changes) // CONVERGENCE.rounds) + 1):
         last = changes[-CONVERGENCE.rounds * length :]
         if any(last[i].mode != last[i + length].mode for i in range(len(last) - length)):
@@ -302,10 +301,11 @@ def judge_changes(
         apart = distances(model, states[length:], states[:-length])
         apart = apart.reshape(CONVERGENCE.rounds - 1, -1)
         first, middle, drift = apart.max(axis=1).tolist()
-        trend = Trend(length, drift, (first, middle, drift), length)
-        if not (drift <= tolerance and trend.distance <= tolerance):
+        trends.append(Trend(length, drift, (first, middle, drift), length))
+        if not (drift <= tolerance and trends[-1].distance <= tolerance):
             continue
-        duration = (last[-1].time - last[-1 - length].time) * model.values["duration"]
+        trend = _shortest(trends, trends[-1], tolerance)
+        duration = (last[-1].time - last[-1 - trend.period].time) * model.values["duration"]
         message = f"settled on {_cycle_text(duration)} with stick and slip; {_repeats(trend)}"
         rate = None if trend.rate is None else drift / first
         return Settlement(True, 1, drift, rate, message, duration=duration, kind="cycle")
@@ -343,9 +343,11 @@ def judge_autonomous(model: Model, states: Array, tolerance: float) -> Settlemen
             break
         seen = window.end * end.unit
         returns = end.returns(window)
-        for trend in end.trends(returns.states):
+        trends = end.trends(returns.states)
+        for trend in trends:
             if trend.drift <= tolerance:
-                result = _on_cycle(end, window, returns.phases, trend, tolerance)
+                shortest = _shortest(trends, trend, tolerance)
+                result = _on_cycle(end, window, returns.phases, shortest, tolerance)
                 if result is not None:
                     return result
         if len(returns.phases) >= CONVERGENCE.enough or window.end >= len(states) - 1:
