@@ -154,7 +154,7 @@ def test_cycles_of_hindmarsh_and_rose_where_zero_is_not_near_the_rest():
 
 def test_a_family_of_cycles_up_to_a_homoclinic_orbit_has_no_folds():
     # AUTO's demo vhb: at p = 0 there is a first integral, and cycles fill the loop of the saddle.
-    model = sf.System(parameters={"p": -1.0}, states={"x": "p*x - y", "y": "x*(1 - x)"})
+    model = sf.System(parameters={"p": -1.0, "q": 1.0}, states={"x": "p*x - y", "y": "x*(1 - q*x)"})
     diagram = sf.response(model, vary="p", span=(-1, 1))
     assert [item.point.type for item in diagram.special] == ["HB"]
     # It is both; how near to the loop the 150th cycle lies is rounding.
@@ -162,13 +162,16 @@ def test_a_family_of_cycles_up_to_a_homoclinic_orbit_has_no_folds():
     # The loop is y^2/2 + x^2/2 - x^3/3 = 1/6: it crosses the axis at x = 1 and x = -1/2.
     low, _ = diagram.branches[1].extrema_of("x").of("x")
     assert low.min() == pytest.approx(-0.5, abs=1e-3)
+    (centers,) = sf.locus(diagram.special[0][1], ("p", "q"), ((-1, 1), (0.3, 3))).loci
+    assert (centers.special, set(centers.criticality)) == ((), {None})  # no Bautin points
 
 
 def test_folds_of_a_canard_explosion_are_located():
     # FitzHugh and Nagumo: between the Hopf points the cycles have a fold beside each, one of them
     # within the canards, where the parameter stands still within rounding.
-    states = {"v": "v - v^3/3 - w + I", "w": "0.08*(v + 0.7 - 0.8*w)"}
-    model = sf.System(parameters={"I": 0.0}, states=states)
+    model = sf.System(
+        parameters={"I": 0.0}, states={"v": "v - v^3/3 - w + I", "w": "0.08*(v + 0.7 - 0.8*w)"}
+    )
     diagram = sf.response(model, vary="I", span=(0, 2))
     assert [point.type for point in diagram.branches[1].special] == ["LP", "LP"]
     first, second = (point.value for point in special(diagram, "LP"))

@@ -22,6 +22,7 @@ from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
+from slipfold.orbits.normal_forms.maps import FORMS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PRODUCTS, critical_places, floquet_multipliers
 
@@ -196,7 +197,7 @@ class LocusEquations(Critical):
         return np.asarray(point.z - linearization.bordered(point.tangent).solve(last))
 
     def coefficient(self, tests: dict[str, float]) -> float:
-        """Return the normal form coefficient that a point's test functions were made of."""
+        """Return the coefficient that a point's test functions were made of, zero if rounding."""
         if self.condition == "LP" or not self.is_spectral:
             return np.nan
         if self.condition == "PD":
@@ -207,7 +208,8 @@ class LocusEquations(Critical):
             names = ("GH", "BT", "ZH") if self._resting else ("CH", "R1", "LPNS")
             value, still, folds = (tests[name] for name in names)
             poles = still * (2 - still) * folds
-        return value / poles if poles else np.nan
+        known = value / poles if poles else np.nan
+        return 0.0 if abs(known) <= FORMS.degenerate else known
 
     def _coefficient(self, z: Array, linearization: Linearization) -> float:
         if not self.orbits.by.smooth:

@@ -84,6 +84,9 @@ LEFT = "the locus ends at {}, where its orbits become symmetric: beyond are thei
 CROSSED = {("PD", "LPPD"): "BPPD", ("NS", "LPNS"): "BPNS"}
 """What a locus crosses, by its type and by what it would be, where that is no fold."""
 
+CUBIC = ("GPD", "CH", "GH", "DP")
+"""Where a coefficient of third order is zero."""
+
 STANDING_STILL = ("first", "second")
 """Where one parameter stands still: an extremum."""
 
@@ -252,10 +255,11 @@ class SpecialPoints(Zeros[OrbitPoint]):
         return gap < RULES.pitchfork and has_branch_point(self._curve, point)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
-        """Whether a test function does, and not because the locus is parallel to an axis."""
+        """Whether a test function does, and not because it is zero along the locus to rounding."""
         largest = max(abs(a.tests[name]), abs(b.tests[name]))
-        parallel = name in ("first", "second") and largest < RULES.parallel
-        return not parallel and super().changes_sign(name, a, b)
+        parallel = name in STANDING_STILL and largest < RULES.parallel
+        neutral = name in CUBIC and not any(self._curve.coefficient(end.tests) for end in (a, b))
+        return not (parallel or neutral) and super().changes_sign(name, a, b)
 
     def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
@@ -265,9 +269,9 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return not (found.type in STANDING_STILL and self._turns_at_parent(found.point))
         values, condition = found.point.multipliers, self._curve.condition
         others = np.delete(values, critical_places(condition, values))
-        if found.type in ("GPD", "CH", "GH", "DP") and self._is_pole_alone(found.point):
+        if found.type in CUBIC and self._is_pole_alone(found.point):
             return False
-        if found.type in ("first", "second"):
+        if found.type in STANDING_STILL:
             return not self._turns_at_parent(found.point)
         critical = _also_critical(condition, found)
         if critical == "pair":
@@ -315,7 +319,7 @@ def _merged(
     found: list[Found], name: str, holds: Callable[[OrbitPoint], bool], reach: float
 ) -> list[Found]:
     """Replace the extrema in both parameters where something holds by one, the best located."""
-    alike = [item for item in found if item.type in ("first", "second") and holds(item.point)]
+    alike = [item for item in found if item.type in STANDING_STILL and holds(item.point)]
     result = [item for item in found if item not in alike]
     places: list[float] = []
     for item in sorted(alike, key=lambda item: -abs(item.slope)):
