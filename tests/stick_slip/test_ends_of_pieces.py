@@ -56,27 +56,16 @@ def test_derivatives_are_those_of_the_piece_of_a_point() -> None:
 
 @pytest.mark.parametrize("span", [(0.9, 2.5), pytest.param((3.0, 0.9), marks=pytest.mark.long)])
 def test_a_branch_that_turns_back_where_it_touches_is_followed(span: tuple[float, float]) -> None:
-    """Slip of a brake pad touches Vrel = 0 at the largest belt velocity of its cycles.
-
-    The pieces before and beyond meet at an angle of five to eight degrees, and to which of them an
-    orbit next to the touch belongs is decided by rounding, which differs from span to span.
-    """
-    model = sf.Structure(
-        np.diag([0.8, 0.002]),
-        [[6.0, 0.02], [0.02, 0.01]],
-        [[320000.0, -3200.0], [-3200.0, 900.0]],
-        names="x theta",
-        contacts=sf.FrictionContact(
-            {"x": 1.0, "theta": 0.02}, sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3), load=150.0, Vd=1.5
-        ),
-    )
+    # To which side an orbit next to the touch belongs is rounding: they meet at 5 to 8 degrees.
+    law = sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3)
+    pad = sf.FrictionContact({"x": 1.0, "theta": 0.02}, law, load=150.0, Vd=1.5)
+    damping, stiffness = [[6, 0.02], [0.02, 0.01]], [[320000, -3200], [-3200, 900]]
+    model = sf.Structure(np.diag([0.8, 0.002]), damping, stiffness, names="x theta", contacts=pad)
     _, cycles = sf.response(model, "Vd", span).branches
     assert [point.type for point in cycles.special] == ["GRAZE"]
     assert cycles.special[0].value == pytest.approx(2.0595302885, rel=1e-9)
-    assert cycles.stopped.kind == "span"
-    assert cycles.parameter[-1] == 0.9
-    beyond = cycles.orbit(len(cycles) - 1)
-    assert beyond.stuck_fraction > 0
+    assert (cycles.stopped.kind, cycles.parameter[-1]) == ("span", 0.9)
+    assert cycles.orbit(len(cycles) - 1).stuck_fraction > 0
 
 
 @pytest.mark.parametrize("first", [0.3, 0.45])
@@ -101,3 +90,13 @@ def test_the_node_of_a_doubled_orbit_is_not_where_another_period_changes() -> No
     diagram = sf.response(wedge, "W", (3, 6.2), settings=sf.Settings(largest_period=2))
     assert [branch.period for branch in diagram.branches] == [1, 2, 2]
     assert {branch.stopped.kind for branch in diagram.branches} == {"span", "closed"}
+
+
+def test_a_closed_branch_is_followed_once_where_a_step_would_leave_it() -> None:
+    model = belt(sf.RationalStribeck(mu_s=0.4, d=0.3), 1.0, 0.1, load=4.0, force=0.5)
+    start = {"f": 1.3125 / (2 * np.pi), "x": 0.0}
+    (branch,) = sf.response(model, "f", (0.1, 0.4), start=start, settled=True).branches
+    assert [branch.period, *(end.kind for end in branch.ends)] == [4, "closed", "closed"]
+    least, *others = sorted(branch.special, key=lambda point: point.value)
+    assert [point.type for point in (least, *others)] == ["GRAZE", "GRAZE", "LP"]
+    assert 2 * np.pi * least.value == pytest.approx(1.26955856813, rel=1e-10)  # by SciPy's events

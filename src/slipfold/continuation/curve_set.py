@@ -99,11 +99,12 @@ class CurveSet(ABC, Generic[P]):
     def _follow(self, start: Start[P]) -> FollowedCurve[P]:
         """Follow a curve in all its directions; a closed one has only one."""
         traced, started = self.trace(start, start.points[0]), None
-        if traced.closes:
-            started = traced.end
-        elif len(start.points) > 1 and traced.end is not None and traced.end.kind != "interrupted":
-            backward = self.trace(start, start.points[1])
-            traced, started = joined(backward, traced), backward.end
+        interrupted = traced.end is None or traced.end.kind == "interrupted"
+        if len(start.points) > 1 and not (traced.closes or interrupted):
+            backward = self.trace(start, start.points[1])  # which is all of it if it closes
+            traced = backward if backward.closes else joined(backward, traced)
+            started = backward.end
+        started = traced.end if traced.closes else started
         followed = FollowedCurve(len(self.curves) + 1, start, traced, started)
         self.curves.append(followed)
         return followed

@@ -128,10 +128,12 @@ def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint
             raise
         return lost
     kind = _kind(boundary.before.piece, boundary.after.piece)
-    met = _met(curve, kind, boundary)
+    met, connected = _met(curve, kind, boundary), boundary.apart < PIECE.apart
+    if met is None and not connected and isinstance(curve, Orbits):
+        raise LostCurveError("a step led onto orbits of other modes that are not connected")
     found = Found(kind, met or boundary.before, float("inf"))
     end = _end(kind, curve, found.point)
-    beyond = boundary.after if boundary.apart < PIECE.apart else None
+    beyond = boundary.after if connected else None
     known = kind == "MEET" and _is_known(found, interval.traced)
     return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
