@@ -118,8 +118,13 @@ def _halved(part: Linearization) -> tuple[Array, Array]:
 def eigenvalues_of(jacobian: Array) -> Complex:
     """Return eigenvalues, largest real part first, the upper one of a pair before the lower.
 
-    Shapes: jacobian (n, n).
+    NaN where rates have no derivatives. Shapes: jacobian (n, n).
+
+    >>> eigenvalues_of(np.full((1, 1), np.nan))
+    array([nan+nanj])
     """
+    if not np.isfinite(jacobian).all():
+        return np.full(len(jacobian), complex(np.nan, np.nan))
     values = np.linalg.eigvals(jacobian).astype(complex)
     # Real parts of a pair differ by rounding.
     real = np.round(values.real / (np.abs(values).max() or 1.0), 12)
