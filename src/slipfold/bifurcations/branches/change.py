@@ -37,12 +37,7 @@ class Change:
         if end is not None and end.kind == "limit" and self._through_stick:
             self._slipped = _copy(traced)
             before = traced.points[-2] if len(traced.points) > 1 else None
-            found = through_stick(last.curve, last, before)
-            if found is not None and found[1].arclength < last.arclength:  # once more from there
-                traced.points.pop()
-                at = found[1].arclength
-                traced.found = [item for item in traced.found if item.point.arclength <= at]
-            return found
+            return through_stick(last.curve, last, before)
         if end is None or end.kind not in ("failed", "unresolved"):
             return None
         if not (self._automatic and isinstance(last.curve.orbits.by, Shooting)):

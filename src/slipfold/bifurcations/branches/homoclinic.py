@@ -79,7 +79,7 @@ def stop_near_homoclinic(
     elif growth > largest and (appear := _saddle_node(points)) is not None:
         reason = (
             f"the duration grew past {largest:g} times that at first, as one over the "
-            f"root of the distance from {orbits.vary} = {orbits.width * appear:.6g}, where "
+            f"root of the distance from about {orbits.vary} = {orbits.width * appear:.3g}, where "
             "equilibria appear on the cycle (a saddle-node on it)"
         )
     elif growth > largest:

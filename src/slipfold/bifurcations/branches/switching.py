@@ -54,7 +54,8 @@ def junctions_on(
             continue
         try:
             if isinstance(found, SeveralCritical):
-                children, found = branches_around(orbits, found, largest)
+                children, images = branches_around(orbits, found, largest)
+                found = replace(found, images=images)
                 traced.found[place] = found
             else:
                 children = emanating_branches(orbits, found, settings, largest)
@@ -113,19 +114,18 @@ def emanating_branches(
 
 def branches_around(
     orbits: Orbits, found: SeveralCritical, largest: float
-) -> tuple[list[OrbitPoint], SeveralCritical]:
+) -> tuple[list[OrbitPoint], int]:
     """Return the first points of branches that leave one where several multipliers are critical.
 
     There the Jacobian has a kernel of more dimensions than two: the tangent of the branch that is
     known, and a space. Branches cross a small sphere in it in isolated points, which Newton's
     method finds from directions all around. Of branches that are symmetric images of each other one
-    is followed. The point is returned as well, with how many are not, and how many hardly were
-    found.
+    is followed; how many are not is returned as well.
     """
     point = found.point
     if found.type == "PD":
         if 2 * orbits.period > largest:
-            return [], found
+            return [], 0
         # Along the parent an orbit does the same twice.
         moved = point.z + BIFURCATION.differenced * point.tangent
         first, beside = (doubled_orbit(orbits, z, point.residual) for z in (point.z, moved))
@@ -134,19 +134,11 @@ def branches_around(
     right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-1 - found.count :]
     along = right @ point.tangent
     space = np.linalg.svd(along[None])[2][1:] @ right
-    points, times = list[OrbitPoint](), list[int]()
-    for number, direction in enumerate(_directions(found.count)):
-        if number % BIFURCATION.sphere == 0 and min(times, default=0) >= BIFURCATION.times:
-            break
+    points: list[OrbitPoint] = []
+    for direction in _directions(found.count):
         item = _beside(orbits, point, direction @ space, space)
-        if item is None:
-            continue
-        same = [bool(np.linalg.norm(item.z - other.z) <= ALIKE) for other in points]
-        if any(same):
-            times[same.index(True)] += 1
-        else:
+        if item is not None and all(np.linalg.norm(item.z - other.z) > ALIKE for other in points):
             points.append(item)
-            times.append(1)
     distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
     for item in points:
         spectra = dict(_spectra(orbits, point, item))
@@ -158,20 +150,15 @@ def branches_around(
         tests = {**point.tests, "LP": float(tangent[-1])}
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
         children.append(start)
-    rare = sum(each < BIFURCATION.times for each in times) if found.count > 2 else 0
-    return children, replace(found, images=len(points) - len(distinct), rare=rare)
+    return children, len(points) - len(distinct)
 
 
 def _directions(count: int) -> Array:
-    """Return directions all around in so many dimensions, of any length.
-
-    In more than two there is no telling how few of them lead to a branch: where some branches were
-    found from one or two only, others may have been missed.
-    """
+    """Return directions all around in so many dimensions, of any length."""
     if count == 2:
         angles = 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions
         return np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.random.default_rng(0).normal(size=(BIFURCATION.most * BIFURCATION.sphere, count))
+    return np.random.default_rng(0).normal(size=(BIFURCATION.sphere, count))
 
 
 def _beside(orbits: Orbits, point: OrbitPoint, row: Array, space: Array) -> OrbitPoint | None:

@@ -431,9 +431,7 @@ READERS: Mapping[str, Reader] = {
     ),
     "outputs": Reader(
         FILES,
-        lambda texts, _: {
-            "outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked(texts)
-        },
+        lambda texts, _: {"outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked()},
     ),
 }
 """Readers of arguments by their names, where an option alone does not say how to read them."""
