@@ -32,9 +32,8 @@ def test_cubic_spring_has_elliptic_frequencies(damping):
 
 def test_quadratic_damping_by_its_energy():
     # The negative damping puts in what the rest takes out: xi <v^2> = c <|v|^3>.
-    model = sf.System(
-        name="drag", parameters={"c": 0.02}, states={"x": "v", "v": "-x - c*v*sqrt(v^2 + 1e-12)"}
-    )
+    states = {"x": "v", "v": "-x - c*v*sqrt(v^2 + 1e-12)"}
+    model = sf.System(name="drag", parameters={"c": 0.02}, states=states)
     diagram = sf.backbone(model, "x", 2)
     amplitude, frequency, ratio = mode_of(diagram, "x")
     # To first order 4/(3 pi) c a w; the second order is that of the square of the damping.

@@ -1,9 +1,12 @@
 """Branch points: the other branch is followed, in both directions and once."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.bifurcations.branches import switching
 from slipfold.models.registry import model_named
 
 ALONE = sf.Settings(largest_period=1)
@@ -91,6 +94,18 @@ def test_all_branches_begin_where_several_multipliers_are_one(rates, count, forc
             for branch in others}  # fmt: skip
     assert len(others) == len(ends) == count
     assert ("not followed" in point.undecided) == (point.images > 0) == ("^3" in rates[0])
+    assert point.rare == 0
+
+
+def test_branches_may_be_missing_where_few_directions_lead_to_some(monkeypatch):
+    rates = {name: f"{i}*r*{name} - {name}^2" for i, name in enumerate("xyzu", 1)}
+    rest, *others = sf.response(system("four", **rates), "r", (-0.1, 0.1)).branches
+    assert (len(others), rest.special[0].rare) == (30, 0)  # each is zero, or moves either way
+    del rates["u"]
+    few = replace(switching.BIFURCATION, times=20, most=1)
+    monkeypatch.setattr(switching, "BIFURCATION", few)
+    (point,) = sf.response(system("three", **rates), "r", (-0.1, 0.1)).branches[0].special
+    assert f"few directions led to {point.rare} of those found" in point.undecided
 
 
 @pytest.mark.parametrize(
@@ -147,9 +162,8 @@ def test_lorenz_convection_and_its_hopf_points():
     # Lorenz (1963): pitchfork at rho = 1; Hopf at sigma (sigma + beta + 3)/(sigma - beta - 1).
     model = model_named("lorenz")
     settings = sf.Settings(largest_period=1, steps=sf.Steps(points=20))
-    rest, still, *cycles = sf.response(
-        model, vary="rho", span=(0.5, 28), settings=settings
-    ).branches
+    diagram = sf.response(model, vary="rho", span=(0.5, 28), settings=settings)
+    rest, still, *cycles = diagram.branches
     assert kinds(rest) == ["BP"]
     assert kinds(still) == ["HB", "BP", "HB"]
     s, b = model.sigma, model.beta

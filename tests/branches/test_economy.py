@@ -29,9 +29,8 @@ CASES = [
 def specials(given, span, largest):
     steps = sf.Steps(largest=largest, points=20000)
     settings = sf.Settings(largest_period=1, steps=steps)
-    (branch,) = sf.response(
-        TONGUES.replace(**given), vary="w", span=span, settings=settings
-    ).branches
+    model = TONGUES.replace(**given)
+    (branch,) = sf.response(model, vary="w", span=span, settings=settings).branches
     return [(item.type, item.value) for item in branch.special]
 
 

@@ -26,7 +26,7 @@ def arrive(diagram):
 
 
 @pytest.mark.parametrize("span", SPANS)
-def test_pitchfork_of_equilibria(span):
+def test_branch_points_of_equilibria(span):
     diagram = sf.response(PITCHFORK, vary="r", span=span)
     assert arrive(diagram)
     rest, other = diagram.branches
@@ -38,10 +38,6 @@ def test_pitchfork_of_equilibria(span):
         assert other.states[:, 0] ** 2 == pytest.approx(other.parameter, abs=1e-10)
     else:
         assert len(other) == 1
-
-
-@pytest.mark.parametrize("span", SPANS)
-def test_transcritical_point_of_equilibria(span):
     diagram = sf.response(TRANSCRITICAL, vary="r", span=span)
     assert arrive(diagram)
     _, other = diagram.branches

@@ -90,9 +90,8 @@ def test_a_hopf_point_beside_fast_turning_that_decays():
 
 def test_the_swings_of_a_pendulum_up_to_near_its_separatrix():
     # A family of centers: the duration is 4 K(sin^2(a/2)) at amplitude a, the parameter stands.
-    model = sf.System(
-        name="pendulum", parameters={"c": 0.1}, states={"q": "v", "v": "c*v - sin(q)"}
-    )
+    states = {"q": "v", "v": "c*v - sin(q)"}
+    model = sf.System(name="pendulum", parameters={"c": 0.1}, states=states)
     amplitudes = (1.0, 2.0, 3.0, 3.1)
     events = [sf.Event("q", item, stop=item == amplitudes[-1]) for item in amplitudes]
     diagram = sf.response(model, vary="c", span=(-0.1, 0.1), events=events, settings=ALONE)

@@ -65,9 +65,8 @@ def test_a_state_near_an_orbit_of_period_two_finds_it():
 @pytest.mark.parametrize("settled", [True, False])
 def test_a_cycle_is_followed(settled):
     start = {"mu": 1.0, "x": 2.0}
-    diagram = sf.response(
-        model_named("vanderpol-free"), "mu", (0.5, 2), start=start, settled=settled
-    )
+    model = model_named("vanderpol-free")
+    diagram = sf.response(model, "mu", (0.5, 2), start=start, settled=settled)
     (branch,) = diagram.branches
     assert branch.kind == "periodic"
     at = int(np.abs(branch.parameter - 1).argmin())

@@ -120,9 +120,10 @@ def test_places_are_checked_before_computing(command, name, option, tmp_path, mo
     assert sorted(os.listdir(tmp_path)) == ["file", "folder.png", "kept.png"]
 
 
-def test_one_file_for_two_outputs(tmp_path):
-    path = str(tmp_path / "x")
-    assert_refused(run(*RESPONSE, "--out", path, "--csv", path), "given for two outputs")
+def test_one_file_for_two_outputs_or_for_what_is_read(tmp_path):
+    path = str(tmp_path / "x.toml")
+    assert_refused(run(*RESPONSE, "--json", path, "--csv", path), "given for two files")
+    assert_refused(run("simulate", path, "--json", path), "given for two files")
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")

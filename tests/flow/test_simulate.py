@@ -138,6 +138,15 @@ def test_an_overflow_says_when_it_was_at_the_earliest():
     assert run.stopped.time == 0
 
 
+def test_starts_at_which_rates_are_infinite_end_at_once():
+    plates = sf.System(states={"x": "v", "v": "1/(1 - x)^2 - x - 0.1*v"})
+    rub = {"slip": "-v", "normal": "1", "friction": {"law": "Coulomb", "mu_k": 0.3}}
+    rubbing = sf.System(states={"x": "v", "v": "R - x^3"}, contacts={"R": rub})
+    for model, start in ((plates, [1.0, 0.0]), (rubbing, [1e200, 0.0])):
+        stopped = simulate(model, 5, start).stopped
+        assert (stopped.kind, stopped.time) == ("singular", 0)
+
+
 def test_singularity_without_a_limit_ends_the_run():
     run = simulate(Runaway(f=2.0), 1000, [1 / 9.7])
     assert run.stopped.kind == "singular"

@@ -53,9 +53,8 @@ def check_by_scipy(locus, jacobian, kind):
 
 def test_lure_hopf_locus_is_a_hyperbola():
     # s^3 + a s^2 + b s + 1: Routh and Hurwitz say a b = 1, with frequency sqrt(b).
-    found = sf.locus(
-        point_of(model_named("lure"), "a", (1.2, 0.9), "HB"), ("a", "b"), ((0.3, 3), (0.2, 3))
-    )
+    hopf = point_of(model_named("lure"), "a", (1.2, 0.9), "HB")
+    found = sf.locus(hopf, ("a", "b"), ((0.3, 3), (0.2, 3)))
     (locus,) = found.loci
     assert (locus.type, locus.kind, locus.special) == ("HB", "equilibrium", ())
     assert {locus.started.kind, locus.stopped.kind} == {"window"}

@@ -75,9 +75,8 @@ def test_the_fifth_order_coefficient_at_a_birth_says_where_the_fold_lies():
 
 
 def test_two_stable_responses_of_one_period_are_told_from_one():
-    plane = sf.bifurcation_set(
-        model_named("duffing"), ("W", "F"), {"W": (0.8, 1.6), "F": (0.01, 0.3)}
-    )
+    window = {"W": (0.8, 1.6), "F": (0.01, 0.3)}
+    plane = sf.bifurcation_set(model_named("duffing"), ("W", "F"), window)
     kinds = {region.stable: region for region in plane.regions.regions}
     assert set(kinds) == {(1,), (1, 1)}
     assert kinds[1, 1].name == "2 of period 1"

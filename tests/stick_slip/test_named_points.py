@@ -19,9 +19,8 @@ def rarely(*values):
 
 def named(model, vary, span):
     """The one point on a branch from an orbit, which is passed."""
-    (branch,) = sf.response(
-        sf.periodic_orbit(model), vary=vary, span=span, settings=SINGLE
-    ).branches
+    orbit = sf.periodic_orbit(model)
+    (branch,) = sf.response(orbit, vary=vary, span=span, settings=SINGLE).branches
     assert branch.stopped.kind == "span"
     (point,) = branch.special
     return point, branch
@@ -66,9 +65,8 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
     (given,) = sf.response(orbit, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
     (found,) = sf.response(model, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
     assert [item.type for item in found.special] == ["STICK"]
-    (between,) = sf.response(
-        model, "Ns_x", (3.5, 4.5), start={"Ns_x": 4.0}, settings=SINGLE
-    ).branches
+    start = {"start": {"Ns_x": 4.0}, "settings": SINGLE}
+    (between,) = sf.response(model, "Ns_x", (3.5, 4.5), **start).branches
     for point in (found.special[0], between.special[0]):
         known = point.uncertainty + given.special[0].uncertainty
         assert point.value == pytest.approx(given.special[0].value, abs=known)
@@ -227,6 +225,27 @@ def test_a_contact_that_was_open_touches_at_a_lift():
     point, _ = named(model, "F", (0.2, 0.3))
     assert point.type == "LIFT"
     assert point.value == pytest.approx(0.5 * abs(2 - rate**2 + 0.2j * rate), rel=1e-9)
+
+
+def test_a_bit_lifts_wherever_its_response_begins():
+    # A limit ends slip at the change itself, to rounding: on which side the last orbit is, is luck.
+    model = sf.System(
+        parameters={"W": 10.0},
+        states={
+            "z": "u", "u": "(9e4 - T_normal - 9e5*z - 8e4*u)/4e4",
+            "twist": "w", "w": "(0.1*T - 510*twist - 60*w)/420",
+        },
+        contacts={"T": {
+            "slip": "-0.1*(W + w)", "normal": "9e4 + 6e7*(z + 1e-3*cos(3*W*t))",
+            "friction": {"law": "Coulomb", "mu_s": 0.36, "mu_k": 0.3},
+        }},
+        forcing={"period": "2*pi/(3*W)"},
+    )  # fmt: skip
+    lift = brentq(lambda W: 9e4 - 6e4 * abs(1 - 6e7 / (6.09e7 + 24e4j * W - 36e4 * W**2)), 8, 12)
+    for first in (8.0, 9.0, 9.5):
+        ((_, point),) = sf.response(model, "W", (first, 10.2), settings=SINGLE).special
+        assert point.type == "LIFT"
+        assert point.value == pytest.approx(lift, abs=point.uncertainty)
 
 
 def test_two_masses_alike_stop_at_once():

@@ -337,4 +337,5 @@ def _stop(system: HybridSystem, part: SmoothPhase, event: SwitchingEvent) -> Gua
             "less so"
         )
         return GuardStop("stiff", reason, part.end)
-    return GuardStop("singular", "the trajectory became singular; start elsewhere", part.end)
+    end = part.end if np.isfinite(part.end) else part.begin  # after an overflow
+    return GuardStop("singular", "the trajectory became singular; start elsewhere", end)

@@ -565,17 +565,17 @@ class _View:
         minimum = _largest(np.abs(self.rest[group]) / ratios)
         minimum += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
         distances = DISTANCES[SCALES.rounding * minimum < DISTANCES]
+        if not len(distances):  # rates are infinite there
+            return np.nan
         directions = np.zeros((len(DIRECTIONS), len(group)))
-        pattern = np.resize(np.arange(2), np.count_nonzero(group))
-        directions[:, group] = DIRECTIONS[:, pattern] * ratios
+        directions[:, group] = DIRECTIONS[:, np.resize([0, 1], np.count_nonzero(group))] * ratios
         steps = distances[:, None, None] * directions
         states = (self.rest + steps).reshape(-1, len(group))
         rates = self.flow.rates(states, np.repeat(phase, len(states)), self.constants)
         with np.errstate(invalid="ignore", over="ignore"):
             others = (rates - still).reshape(steps.shape) - steps @ matrix.T
             others = np.abs(others if self.slow is None else others @ self.slow.T)
-            fraction = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
-        fraction = fraction.max(axis=1)
+            fraction = (others[..., group] / ratios / rows).max(axis=(1, 2)) / distances
         large = ~(fraction <= 0.5)  # of the rates are nonlinear
         # What is bounded may count most long before something that grows.
         rises = fraction[1:] > fraction[:-1]

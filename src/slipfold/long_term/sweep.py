@@ -27,7 +27,7 @@ class SweepResult:
     model: Model
     runs: tuple[str, ...]
     states: Array  # at phase zero, shape (n_runs, n_values, kept, n); NaN where there are none
-    stuck: NDArray[np.bool_]  # whether a contact stuck at the end, shape (n_runs, n_values)
+    stuck: NDArray[np.bool_]  # whether one stuck or was open at the end, shape (n_runs, n_values)
     reasons: NDArray[np.object_]  # why there are no points, shape (n_runs, n_values)
     interrupted: bool
 

@@ -285,7 +285,8 @@ def through_stick(
 ) -> tuple[C, OrbitPoint] | None:
     """Return a curve through stick and slip instead of one that ends at a limit, and its point.
 
-    None where the limit, which the point before shows, is none of a contact that may stick.
+    It is the point before where rounding put this one beyond the change of contacts. None where the
+    limit, which the point before shows, is none of a contact that may stick.
     """
     orbits = curve.orbits
     beyond = {name for contact in contacts_of(orbits.model) for name in contact.limits}
@@ -295,10 +296,16 @@ def through_stick(
     earlier = None if before is None else margins_at(before)
     if limits[limit_met(margins_at(point), earlier)].name not in beyond:
         return None
-    by = SwitchedShooting(orbits.model, orbits.by.free, orbits.period)
-    other = curve.described_by(by)
-    again = other.converted(point)
-    if again is None:
+    other = curve.described_by(SwitchedShooting(orbits.model, orbits.by.free, orbits.period))
+    first = other.converted(point)
+    if first is None:
         return None
-    renewed = other.renewed([again])
-    return (other, again) if renewed is None else (renewed[0], renewed[1][0])
+    if before is not None and not _slips(first):
+        first = next(filter(_slips, filter(None, [other.converted(before)])), first)
+    renewed = other.renewed([first])
+    return (other, first) if renewed is None else (renewed[0], renewed[1][0])
+
+
+def _slips(point: OrbitPoint) -> bool:
+    """Whether no contact changes along an orbit."""
+    return point.piece is not None and all(len(modes) == 1 for modes in point.piece)

@@ -214,16 +214,18 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Why equations may have no finite values, as a clause."""
         return self.orbits.by.undefined
 
-    def point(self, correction: Correction, arclength: float, meshes: int = 3) -> OrbitPoint:
+    def point(self, correction: Correction, arclength: float, meshes: int = 8) -> OrbitPoint:
         """Return a converged correction as a point.
 
         The tangent points along the row of the correction's constraint. The bordered determinant
         has the same sign for that row as for the tangent, so one matrix gives both.
         """
         orbits, z = self.orbits, correction.z
-        adapts = orbits.by.adapts and meshes > 0
-        by = orbits.by.better(orbits.nodes(z), orbits.constants(z)) if adapts else None
+        at = orbits.nodes(z), orbits.constants(z)
+        by = orbits.by.better(*at) if orbits.by.adapts else None
         if by is not None:  # it has a curve of its own, whose unknowns mean the same
+            if not meshes:
+                raise LostCurveError("each of eight meshes in turn was too coarse for its orbit")
             fitting = self.described_by(by)
             again = correct(fitting, z, correction.row)
             if not again.converged:

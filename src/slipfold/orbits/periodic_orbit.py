@@ -30,7 +30,6 @@ from slipfold.orbits.extrema import (
     find_extrema,
     revolutions_of_segments,
 )
-from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.read_only import Documented
 from slipfold.text import (
     OneLine,
@@ -375,13 +374,8 @@ class PeriodicOrbit(Measured, OneLine):
         """
         from slipfold.orbits.uncertainty import multiplier_uncertainty
 
-        return multiplier_uncertainty(
-            self.model,
-            self.model.vector[None],
-            self.nodes[None],
-            self.period,
-            self.multipliers[None],
-        )[0]
+        given = self.model, self.model.vector[None], self.nodes[None], self.period
+        return multiplier_uncertainty(*given, self.multipliers[None])[0]
 
     @cached_property
     def extrema(self) -> Extrema:
@@ -453,15 +447,11 @@ class StickSlipOrbit(PeriodicOrbit):
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
         """Computed uncertainty of each multiplier, started elsewhere on the orbit."""
-        from slipfold.orbits.kinds import orbits_at
         from slipfold.orbits.switched_shooting import SwitchedShooting
-        from slipfold.orbits.uncertainty import multiplier_change
+        from slipfold.orbits.uncertainty import multiplier_uncertainty
 
-        orbits = orbits_at(self.model, self.period, 1, by=SwitchedShooting)
-        z = orbits.unknown(self.nodes[:1], self.model)
-        other, moved, _ = orbits.shifted(z, np.eye(1, len(z), len(z) - 1)[0])
-        monodromy = other.linearize(moved).product
-        change = multiplier_change(self.multipliers, floquet_multipliers(monodromy), monodromy)
+        given = self.model, self.model.vector[None], self.nodes[None, :1], self.period
+        change = multiplier_uncertainty(*given, self.multipliers[None], SwitchedShooting)[0]
         planar = any(len(contact.slip) == 2 for contact in hybrid_flow_of(self.model).contacts)
         # The linearization leaves out where slip in the plane begins and ends.
         return np.maximum(change, 5e-7) if planar and self.stuck_fraction else change

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow.equations import power_of_two
-from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.continued import (
     ROUNDING,
@@ -18,11 +16,12 @@ from slipfold.orbits.continued import (
     on_mesh,
     parameter_rounding,
 )
-from slipfold.orbits.discretization import RADAU, is_stiff, scheme_for
+from slipfold.orbits.discretization import RADAU, Cut, is_stiff, scheme_for
 from slipfold.orbits.kinds import orbits_at
-from slipfold.orbits.modal_shooting import ModalShooting, shooting_for
+from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
+from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.test_functions import floquet_multipliers, match_multipliers
 
 SPREAD = 2.0
@@ -84,54 +83,43 @@ def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None,
 
 
 def multiplier_uncertainty(
-    model: Model, parameters: Array, nodes: Array, period: int, multipliers: NDArray[np.complex128]
+    model: Model,
+    parameters: Array,
+    nodes: Array,
+    period: int,
+    multipliers: NDArray[np.complex128],
+    cut: Cut | None = None,
 ) -> Array:
     """Return how much each multiplier moves when the monodromy matrix is computed again.
 
-    The second computation begins half a segment later, so that every step of the integrator falls
-    elsewhere. The multipliers are the same in exact arithmetic; what differs is their error.
+    The second computation has segments that begin elsewhere, or intervals of other lengths, so that
+    every step falls elsewhere. In exact arithmetic the multipliers are the same.
 
     Shapes: parameters (n_orbits, n_parameters); nodes (n_orbits, m, n_states); multipliers
     (n_orbits, n_states); returns (n_orbits, n_states).
     """
-    if shooting_for(model) is ModalShooting:
-        again = [_by_modes(model, *given, period) for given in zip(parameters, nodes, strict=True)]
-        return _changes(multipliers, np.array(again))
-    flow, scales = flow_of(model), model.state_scales()
-    constants = flow.constants(parameters, power_of_two(scales))
-    jacobian = flow.jacobians(nodes[0, :1], np.zeros(1), constants.rows(np.zeros(1, dtype=np.intp)))
-    if scheme_for(jacobian).points.damps and is_stiff(jacobian[0]):
-        given = zip(parameters, nodes, strict=True)
-        again = [_by_collocation(model, *each, period) for each in given]
-        changes = _changes(multipliers, np.array(again))
-        # Radau points damp away what an interval does not resolve.
+    cut, result = cut or shooting_for(model), np.full(multipliers.shape, np.inf)
+    by = cut(model, {model.parameters[0].name: 1.0}, period, nodes.shape[1])
+    constants = [by.flow.constants(values, by.flow_scales) for values in parameters]
+    jacobian = by.flow.jacobians(nodes[0, :1], np.zeros(1), constants[0])
+    damps = cut is Shooting and scheme_for(jacobian).points.damps and is_stiff(jacobian[0])
+    for row, (own, values) in enumerate(zip(nodes, constants, strict=True)):
+        if damps:
+            monodromy = _by_collocation(model, parameters[row], own, period)
+        else:
+            fitting = by.better(own, values) or by
+            other, own, _ = fitting.shifted(own, values, np.zeros(own.shape), np.zeros(1))
+            blocks = other.transitions(own, values)[1]
+            settled = other.settled(blocks, own, values)
+            monodromy = product(blocks if settled is None else settled)
+        if np.isfinite(monodromy).all():
+            others = floquet_multipliers(monodromy)
+            result[row] = multiplier_change(multipliers[row], others, monodromy)
+    if damps:  # Radau points damp away what an interval does not resolve.
         unresolved = np.exp(-RADAU.decays * period)
         known = np.abs(multipliers) >= unresolved
-        return np.where(known, changes, np.maximum(changes, unresolved))
-    # The same segment of all orbits in one batch: lanes take about as many steps each.
-    segments, orbits = (index.ravel() for index in np.indices(nodes.shape[1::-1]))
-    own, length = constants.rows(orbits), period / nodes.shape[1]
-    start = segments * length
-    states = flow.advance(nodes[orbits, segments], start, start + length / 2, own)
-    still = np.zeros((constants.values.shape[1], 1))
-    blocks = flow.linearize(states, start + length / 2, start + 1.5 * length, own, still)[1]
-    blocks = blocks.reshape(nodes.shape[1], *nodes.shape[::2], -1) * (scales / scales[:, None])
-    monodromies = blocks[0]
-    for block in blocks[1:]:
-        monodromies = block @ monodromies
-    return _changes(multipliers, monodromies)
-
-
-def _by_modes(model: Model, parameters: Array, nodes: Array, period: int) -> Array:
-    """Return the monodromy matrix of an orbit by modal shooting, over a mesh of its own.
-
-    Shapes: parameters (n_p,); nodes (m, n); returns (n, n).
-    """
-    n, constants = nodes.shape[1], flow_of(model).constants(parameters)
-    by = ModalShooting(model, {model.parameters[0].name: 1.0}, period, len(nodes))
-    by = by.better(nodes, constants) or by
-    other, nodes, _ = by.shifted(nodes, constants, np.zeros((len(nodes), n)), np.zeros(1))
-    return product(other.transitions(nodes, constants)[1])
+        result = np.where(known, result, np.maximum(result, unresolved))
+    return result
 
 
 def _by_collocation(model: Model, parameters: Array, nodes: Array, period: int) -> Array:
@@ -145,12 +133,3 @@ def _by_collocation(model: Model, parameters: Array, nodes: Array, period: int) 
     orbits, z = on_mesh(shot, shot.unknown(nodes, own))
     other, finer, _ = orbits.shifted(z, hold_parameter(len(z) - 1))
     return product(other.by.transitions(other.nodes(finer), other.constants(finer))[1])
-
-
-def _changes(multipliers: NDArray[np.complex128], monodromies: Array) -> Array:
-    """Return how multipliers differ from those of other matrices. Shapes: (k, n), (k, n, n)."""
-    result = np.full(multipliers.shape, np.inf)
-    for row in np.flatnonzero(np.isfinite(monodromies).all(axis=(1, 2))):
-        others = floquet_multipliers(monodromies[row])
-        result[row] = multiplier_change(multipliers[row], others, monodromies[row])
-    return result

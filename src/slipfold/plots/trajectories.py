@@ -190,14 +190,15 @@ def _beyond_highest(orders: Array, amplitudes: Array) -> float:
 
 
 def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", color: str = "black") -> None:
-    """Name the multiples of half the forcing frequency."""
+    """Name the multiples of half the frequency of the forcing or a cycle; else the mean alone."""
     settle(ax)
     floor, rightmost = ax.get_ylim()[0], ax.get_xlim()[1]
     labels = []
     for frequency, amplitude, order in zip(
         spectrum.frequency, spectrum.of(output), spectrum.order, strict=True
     ):
-        if amplitude > floor and frequency < rightmost and 2 * order == round(2 * order):
+        periodic = spectrum.settled or spectrum.model.forced or not order
+        if periodic and floor < amplitude and frequency < rightmost and not 2 * order % 1:
             place = np.array([[frequency, amplitude]])
             labels.append(Label(_order_name(round(2 * order)), place, color, leader=False))
     place_labels(ax, labels)

@@ -160,8 +160,9 @@ RUNS = (
     "from a neighboring cell"
 )
 KINDS_OF_MOTION = (
-    "``periodic``, ``torus``, ``chaos``, ``sticks``, ``stopped`` at a limit of the model, "
-    "``undecided``, ``not done``, or ``none`` where a cell has no further trajectory"
+    "``periodic``, ``torus``, ``chaos``, ``sticks`` where a contact sticks or opens and nothing "
+    "repeats, ``stopped`` at a limit of the model, ``undecided``, ``not done``, or ``none`` where "
+    "a cell has no further trajectory"
 )
 
 CELLS = "run {axes[0]} {axes[1]}"
@@ -365,7 +366,8 @@ class Sweep(Result):
         ),
     ]
     stuck: Annotated[
-        NDArray[np.bool_], Entry("run {vary}", "whether a contact stuck in the last period")
+        NDArray[np.bool_],
+        Entry("run {vary}", "whether a contact stuck or was open in the last period"),
     ]
     reasons: Annotated[
         NDArray[np.str_], Entry("run {vary}", "why there are no points", name="reason")
@@ -425,7 +427,7 @@ class Sweep(Result):
             rows.append(
                 [name, ", ".join(parts), str(counts[0]), str(int(self.stuck[index].sum())), why]
             )
-        heads = ["", "repeat (values x period)", "do not repeat", "stick", "without points"]
+        heads = ["", "repeat (values x period)", "do not repeat", "stick or open", "without points"]
         return PrintedTable(heads, rows, words=(heads[1], heads[4]))
 
     def _record(self) -> dict[str, Any]:

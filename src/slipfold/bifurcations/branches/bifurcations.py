@@ -74,6 +74,8 @@ class BifurcationRules:
     ratio: float = 2.0  # of one change of the parameter at which they are compared to the next
     directions: int = 24  # directions from which they are: twice those of a symmetry D6
     sphere: int = 128  # the same around a point where more than two multipliers are critical
+    times: int = 3  # directions from which each branch must be found, else more are tried
+    most: int = 8  # times as many, at most
     crowded: int = 20  # doublings above which longer periods are on request; a cascade has eight
 
 
@@ -87,6 +89,7 @@ class SeveralCritical(Found[OrbitPoint]):
     count: int = 2  # how many
     error: float = np.inf  # of its arclength
     images: int = 0  # branches that are not followed, since they are images of others
+    rare: int = 0  # branches that were found from few directions: others may be missing
 
 
 _Crossing = tuple[Found[OrbitPoint], Callable[[OrbitPoint], float]]

@@ -37,7 +37,12 @@ class Change:
         if end is not None and end.kind == "limit" and self._through_stick:
             self._slipped = _copy(traced)
             before = traced.points[-2] if len(traced.points) > 1 else None
-            return through_stick(last.curve, last, before)
+            found = through_stick(last.curve, last, before)
+            if found is not None and found[1].arclength < last.arclength:  # once more from there
+                traced.points.pop()
+                at = found[1].arclength
+                traced.found = [item for item in traced.found if item.point.arclength <= at]
+            return found
         if end is None or end.kind not in ("failed", "unresolved"):
             return None
         if not (self._automatic and isinstance(last.curve.orbits.by, Shooting)):

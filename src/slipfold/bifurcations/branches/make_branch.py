@@ -154,6 +154,7 @@ def bare(found: Found) -> SpecialPoint:
         multiplier_uncertainty=np.full(len(fields["multipliers"]), np.nan),
         stuck_fraction=_stuck_fraction(found),
         images=found.images if isinstance(found, SeveralCritical) else 0,
+        rare=found.rare if isinstance(found, SeveralCritical) else 0,
     )
 
 

@@ -54,6 +54,10 @@ class SpecialPoint(LocatedPoint):
     images: Annotated[
         int, "Branches that begin here and are not followed: symmetric images of those that are."
     ] = 0
+    rare: Annotated[
+        int,
+        "Branches found from few of the directions tried: others may be missing then.",
+    ] = 0
     gradients: Annotated[
         Mapping[str, float] | None,
         "Derivatives of `value` with respect to the other parameters of the model, by name, in SI "
@@ -98,6 +102,8 @@ class SpecialPoint(LocatedPoint):
                     f"; cycles of at most {distinct} of the {len(angles)} critical pairs are "
                     "followed, one of each frequency"
                 )
+            if self.rare:
+                left += f"; others may be missing: few directions led to {self.rare} of those found"
             return (
                 "criticality unknown: several multipliers are critical at once, as by a symmetry"
                 f"{left}"
@@ -105,9 +111,11 @@ class SpecialPoint(LocatedPoint):
         if self.type == "BP" and self.name == BIFURCATION_TYPES["BP"].title:
             return "no other branch was found to cross here"
         if self.coefficient is None or not np.isfinite(self.coefficient):
-            changes = "contacts change on a cycle or beside the orbit, "
+            changes = not np.isnan(self.stuck_fraction)
+            if changes and not self.model.forced:
+                return "criticality unknown: contacts change on the cycle"
             return (
-                f"criticality unknown: {'' if np.isnan(self.stuck_fraction) else changes}"
+                f"criticality unknown: {'contacts change beside the orbit, ' if changes else ''}"
                 "derivatives of the map overflow, or its digits are lost to growth round the orbit"
             )
         return "neither soft nor hard: the coefficient is zero within rounding"

@@ -54,8 +54,7 @@ def junctions_on(
             continue
         try:
             if isinstance(found, SeveralCritical):
-                children, images = branches_around(orbits, found, largest)
-                found = replace(found, images=images)
+                children, found = branches_around(orbits, found, largest)
                 traced.found[place] = found
             else:
                 children = emanating_branches(orbits, found, settings, largest)
@@ -114,18 +113,19 @@ def emanating_branches(
 
 def branches_around(
     orbits: Orbits, found: SeveralCritical, largest: float
-) -> tuple[list[OrbitPoint], int]:
+) -> tuple[list[OrbitPoint], SeveralCritical]:
     """Return the first points of branches that leave one where several multipliers are critical.
 
     There the Jacobian has a kernel of more dimensions than two: the tangent of the branch that is
     known, and a space. Branches cross a small sphere in it in isolated points, which Newton's
     method finds from directions all around. Of branches that are symmetric images of each other one
-    is followed; how many are not is returned as well.
+    is followed. The point is returned as well, with how many are not, and how many hardly were
+    found.
     """
     point = found.point
     if found.type == "PD":
         if 2 * orbits.period > largest:
-            return [], 0
+            return [], found
         # Along the parent an orbit does the same twice.
         moved = point.z + BIFURCATION.differenced * point.tangent
         first, beside = (doubled_orbit(orbits, z, point.residual) for z in (point.z, moved))
@@ -134,11 +134,19 @@ def branches_around(
     right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-1 - found.count :]
     along = right @ point.tangent
     space = np.linalg.svd(along[None])[2][1:] @ right
-    points: list[OrbitPoint] = []
-    for direction in _directions(found.count):
+    points, times = list[OrbitPoint](), list[int]()
+    for number, direction in enumerate(_directions(found.count)):
+        if number % BIFURCATION.sphere == 0 and min(times, default=0) >= BIFURCATION.times:
+            break
         item = _beside(orbits, point, direction @ space, space)
-        if item is not None and all(np.linalg.norm(item.z - other.z) > ALIKE for other in points):
+        if item is None:
+            continue
+        same = [bool(np.linalg.norm(item.z - other.z) <= ALIKE) for other in points]
+        if any(same):
+            times[same.index(True)] += 1
+        else:
             points.append(item)
+            times.append(1)
     distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
     for item in points:
         spectra = dict(_spectra(orbits, point, item))
@@ -150,15 +158,20 @@ def branches_around(
         tests = {**point.tests, "LP": float(tangent[-1])}
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
         children.append(start)
-    return children, len(points) - len(distinct)
+    rare = sum(each < BIFURCATION.times for each in times) if found.count > 2 else 0
+    return children, replace(found, images=len(points) - len(distinct), rare=rare)
 
 
 def _directions(count: int) -> Array:
-    """Return directions all around in so many dimensions, of any length."""
+    """Return directions all around in so many dimensions, of any length.
+
+    In more than two there is no telling how few of them lead to a branch: where some branches were
+    found from one or two only, others may have been missed.
+    """
     if count == 2:
         angles = 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions
         return np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.random.default_rng(0).normal(size=(BIFURCATION.sphere, count))
+    return np.random.default_rng(0).normal(size=(BIFURCATION.most * BIFURCATION.sphere, count))
 
 
 def _beside(orbits: Orbits, point: OrbitPoint, row: Array, space: Array) -> OrbitPoint | None:

@@ -431,7 +431,9 @@ READERS: Mapping[str, Reader] = {
     ),
     "outputs": Reader(
         FILES,
-        lambda texts, _: {"outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked()},
+        lambda texts, _: {
+            "outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked(texts)
+        },
     ),
 }
 """Readers of arguments by their names, where an option alone does not say how to read them."""
