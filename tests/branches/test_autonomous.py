@@ -99,9 +99,8 @@ def test_van_der_pol_from_its_rest_over_the_centers_to_the_relaxation_cycle():
 
 def test_the_edge_without_damping_is_no_locus():
     window = ((0.3, 0.8), (0, 0.2))
-    found = sf.bifurcation_set(
-        model_named("squeal"), ("mu", "c"), window, types="HB", regions=False
-    )
+    squeal = model_named("squeal")
+    found = sf.bifurcation_set(squeal, ("mu", "c"), window, types="HB", regions=False)
     (flutter,) = found.loci
     assert flutter.special == ()
     assert (flutter.values[:, 1] > 0).all()

@@ -138,10 +138,8 @@ def test_a_breakdown_ends_a_locus_with_a_sentence(
 
 
 def test_a_cycle_that_comes_to_a_singularity_says_so():
-    model = sf.System(
-        parameters={"A": 3.0},
-        states={"x": {"rate": "v", "start": 1}, "v": "(1 - x^2)*v - x + 0.05*log(A - x)"},
-    )
+    states = {"x": {"rate": "v", "start": 1}, "v": "(1 - x^2)*v - x + 0.05*log(A - x)"}
+    model = sf.System(parameters={"A": 3.0}, states=states)
     diagram = sf.response(sf.periodic_orbit(model), "A", (3.0, 1.5))
     (branch,) = diagram.branches
     assert branch.stopped.kind == "failed"

@@ -30,9 +30,8 @@ def test_doubling_of_the_lure_cycle():
     born = 0.6303020061596
     events = [sf.Event("a", born - gap, "parameter") for gap in (1e-4, 2e-4)]
     settings = sf.Settings(largest_period=2)
-    diagram = sf.response(
-        model_named("lure"), vary="a", span=(1.2, 0.62), settings=settings, events=events
-    )
+    options = {"settings": settings, "events": events}
+    diagram = sf.response(model_named("lure"), vary="a", span=(1.2, 0.62), **options)
     (doubling,) = special(diagram, "PD", 2)
     estimates = []
     for once, twice in zip(special(diagram, "EVENT", 2), special(diagram, "EVENT", 3), strict=True):

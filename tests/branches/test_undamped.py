@@ -45,10 +45,8 @@ def test_a_branch_ends_where_rounding_decides_where_its_orbits_are():
 @pytest.mark.parametrize("span", [(0.7, 1.9), (1.9, 0.7)])
 def test_a_linear_oscillator_without_damping_runs_away_at_its_resonance(span):
     # x = sin(W t)/(1 - W^2); beyond an amplitude of 6e5 rounding made a dozen branch points.
-    states = {"x": "v", "v": "-x + sin(W*t)"}
-    model = sf.System(
-        name="linear", parameters={"W": 1.5}, states=states, forcing={"period": "2*pi/W"}
-    )
+    states, forcing = {"x": "v", "v": "-x + sin(W*t)"}, {"period": "2*pi/W"}
+    model = sf.System(name="linear", parameters={"W": 1.5}, states=states, forcing=forcing)
     (branch,) = sf.response(model, vary="W", span=span).branches
     assert not branch.special
     assert branch.stopped.kind == "unresolved"

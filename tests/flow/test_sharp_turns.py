@@ -11,6 +11,7 @@ import slipfold as sf
 from slipfold import Coulomb, InputError, Regularized
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import simulate
+from slipfold.models.quantities import Limit, Output
 
 UNIT, UP = np.eye(3)[:1], np.eye(2)
 STEEPNESS = 10.0 ** np.random.default_rng(4).uniform(-6, 0, 9)
@@ -142,17 +143,25 @@ def test_corners_are_refused_not_stepped_over(corner):
 
     from helpers.toy_models import LinearOscillator
 
+    fold = hy.relu if corner == "relu" else lambda x: hy.select(hy.gte(x, 0.0), x, -x)
+
     class Folded(LinearOscillator):
         name = f"folded by {corner}"
 
         def rates(self, q, c, phase):
-            x = q["x"]
-            size = hy.relu(x) if corner == "relu" else hy.select(hy.gte(x, 0.0), x, -x)
-            return {"x": q["v"], "v": -size - 0.1 * q["v"] + hy.cos(2 * math.pi * phase)}
+            force = hy.cos(2 * math.pi * phase) - fold(q["x"])
+            return {"x": q["v"], "v": force - 0.1 * q["v"]}
+
+    class Watched(LinearOscillator):
+        name, limits = f"watched by {corner}", (Limit("low", "size", -1.0, "it is low"),)
+
+        def outputs(self):
+            return (Output("size", lambda q, c, phase: fold(q["x"]), "m"),)
 
     for compute in (
         lambda: sf.response(Folded(), vary="f", span=(0.2, 0.4)),
         lambda: simulate(Folded(), 3, [1.0, 0.0]),
+        lambda: simulate(Watched(), 3, [1.0, 0.0]),
     ):
         with pytest.raises(InputError, match="corner or a jump"):
             compute()

@@ -426,9 +426,8 @@ def test_symmetric_cycles_of_the_circuit_fold_and_lose_symmetry_at_one_point():
 
 def test_a_bogdanov_takens_point_of_a_symmetry_has_the_coefficients_of_its_form():
     # x'' = m x + b x' - x^3 - x^2 x'/2, whose other equilibria have Hopf points at b = m/2.
-    model = sf.System(
-        parameters={"m": -0.3, "b": -0.1}, states={"x": "y", "y": "m*x + b*y - x^3 - 0.5*x^2*y"}
-    )
+    states = {"x": "y", "y": "m*x + b*y - x^3 - 0.5*x^2*y"}
+    model = sf.System(parameters={"m": -0.3, "b": -0.1}, states=states)
     found = sf.locus(model, ("m", "b"), ((-0.5, 0.5), (-0.5, 0.5)))
     hopf = of_type(found, "HB", "equilibrium")
     assert len(hopf) == 2  # the images of the second have none of their own
@@ -441,10 +440,8 @@ def test_a_bogdanov_takens_point_of_a_symmetry_has_the_coefficients_of_its_form(
 
 def test_what_is_found_in_both_directions_from_the_start_counts_once():
     # Folds at m = b^2/4: followed from the smallest m, where it also is a Bogdanov-Takens point.
-    model = sf.System(
-        parameters={"m": -0.3, "b": 0.0},
-        states={"x": {"rate": "y", "start": -0.54}, "y": "m + b*x + x^2 - x*y"},
-    )
+    states = {"x": {"rate": "y", "start": -0.54}, "y": "m + b*x + x^2 - x*y"}
+    model = sf.System(parameters={"m": -0.3, "b": 0.0}, states=states)
     (start,) = points_of(model, "m", (-0.3, 0.1), "LP", sf.Settings(largest_period=0))
     (locus,) = sf.locus(start, ("m", "b"), ((-0.5, 0.5), (-0.5, 0.5)), switch=False).loci
     assert sorted(point.type for point in locus.special) == ["BT", "MIN"]

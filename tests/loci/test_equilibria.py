@@ -300,9 +300,8 @@ def test_a_closed_locus_inside_the_window_is_found_from_the_models_own_place():
 def test_a_coefficient_without_a_pole_makes_no_generalized_hopf_point_at_zero_hopf():
     # The pair drives nothing: l1 is the same along p = q^2, and is not defined at p = q = 0.
     states = {"z": {"rate": "p - z^2", "start": 0.7}, "u": "h*u - v", "v": "h*v + u"}
-    system = sf.System(
-        parameters={"p": 0.5, "q": -1.0}, formulas={"h": "q + z - u^2 - v^2"}, states=states
-    )
+    values, formulas = {"p": 0.5, "q": -1.0}, {"h": "q + z - u^2 - v^2"}
+    system = sf.System(parameters=values, formulas=formulas, states=states)
     hopf = point_of(system, "q", (-2, 2), "HB")
     onset, folds = sf.locus(hopf, ("p", "q"), ((-1, 1), (-1, 1))).loci
     assert sorted(item.type for item in onset.special) == ["MIN", "ZH"]
