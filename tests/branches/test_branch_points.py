@@ -1,13 +1,17 @@
 """Branch points: the other branch is followed, in both directions and once."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import slipfold as sf
 from slipfold.bifurcations.branches import switching
+from slipfold.bifurcations.branches.branch_point import find_crossing
+from slipfold.continuation.locate import LostCurveError
 from slipfold.models.registry import model_named
+from slipfold.orbits.kinds import Equilibria
 
 ALONE = sf.Settings(largest_period=1)
 """Period doublings are not followed."""
@@ -140,14 +144,20 @@ def test_a_branch_between_two_branch_points_is_followed_once():
     assert x.max() == pytest.approx(-x.min(), rel=0.02)
 
 
+def test_a_crossing_far_from_where_it_was_located_asks_for_a_shorter_step():
+    # Within a long step Newton's method may lead onto the other branch, r = x^2.
+    orbits = Equilibria(system("pitchfork", x="r*x - x^3"), {"r": 1.0})
+    far = SimpleNamespace(z=orbits.join(np.array([[0.2]]), [0.04]), arclength=0.0)
+    assert find_crossing(orbits, far, np.array([0.0, 1.0]), length=0.01) is None
+    with pytest.raises(LostCurveError, match="onto another branch"):
+        find_crossing(orbits, far, np.array([0.0, 1.0]), length=1.0)
+
+
 @pytest.mark.parametrize("growth", ["r*z - z^2", "r*z - z^3"])
 def test_cycles_meet_cycles(growth):
     # A cycle of radius one in the plane z = 0; off the plane another with z = r or z^2 = r.
-    model = sf.System(
-        name="cycles",
-        parameters={"r": -0.4},
-        states={"x": "x*(1 - x^2 - y^2) - y", "y": "y*(1 - x^2 - y^2) + x", "z": growth},
-    )
+    states = {"x": "x*(1 - x^2 - y^2) - y", "y": "y*(1 - x^2 - y^2) + x", "z": growth}
+    model = sf.System(parameters={"r": -0.4}, states=states)
     cycle = sf.periodic_orbit(model, state=[1, 0, 0], duration=6)
     flat, other = sf.response(cycle, vary="r", span=(-0.4, 0.4), settings=ALONE).branches
     assert (kinds(flat), kinds(other)) == (["BP"], ["BP"])
@@ -164,8 +174,7 @@ def test_lorenz_convection_and_its_hopf_points():
     settings = sf.Settings(largest_period=1, steps=sf.Steps(points=20))
     diagram = sf.response(model, vary="rho", span=(0.5, 28), settings=settings)
     rest, still, *cycles = diagram.branches
-    assert kinds(rest) == ["BP"]
-    assert kinds(still) == ["HB", "BP", "HB"]
+    assert (kinds(rest), kinds(still)) == (["BP"], ["HB", "BP", "HB"])
     s, b = model.sigma, model.beta
     for item, cycle in zip(still.special[::2], cycles, strict=True):
         assert item.value == pytest.approx(s * (s + b + 3) / (s - b - 1), abs=1e-10)
@@ -177,21 +186,14 @@ def test_lorenz_convection_and_its_hopf_points():
     assert still.states[:, 0] ** 2 == pytest.approx(b * (rho - 1), abs=1e-8)
 
 
-HARDENING = sf.System(
-    name="hardening",
-    parameters={"F": 1.0},
-    states={"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"},
-    forcing={"period": "2*pi"},
-)
-
-
 def test_symmetry_breaking_of_the_forced_duffing_oscillator():
     # The symmetric orbit, q(t + T/2) = -q(t), loses its symmetry and regains it; the branch of
     # those without it is closed, and its halves are images under that symmetry.
-    main, other = sf.response(HARDENING, vary="F", span=(0, 12), settings=ALONE).branches
+    states = {"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"}
+    model = sf.System(parameters={"F": 1.0}, states=states, forcing={"period": "2*pi"})
+    main, other = sf.response(model, vary="F", span=(0, 12), settings=ALONE).branches
     assert [(item.type, item.leads_to) for item in main.special] == [("BP", 2), ("BP", 2)]
-    assert kinds(other) == ["BP", "BP"]
-    assert other.stopped.kind == "closed"
+    assert (kinds(other), other.stopped.kind) == (["BP", "BP"], "closed")
     half = main.nodes.shape[1] // 2
     assert np.roll(main.nodes, half, axis=1) == pytest.approx(-main.nodes, abs=1e-9)
     # Some point of the second half has an image on the first.
@@ -211,8 +213,7 @@ def test_freire_circuit_beyond_its_branch_point():
     # cycles has a torus and a period doubling, once on each half.
     diagram = sf.response(model_named("freire"), vary="n", span=(-0.55, -0.64), settings=ALONE)
     _, symmetric, other = diagram.branches
-    assert kinds(symmetric) == ["LP", "BP"]
-    assert kinds(other) == ["PD", "NS", "BP", "NS", "PD"]
+    assert (kinds(symmetric), kinds(other)) == (["LP", "BP"], ["PD", "NS", "BP", "NS", "PD"])
     assert other.special[2].value == pytest.approx(-0.587029, abs=1e-6)
     assert other.special[2].duration == pytest.approx(8.68967, abs=1e-5)
     for item in (other.special[1], other.special[3]):
@@ -231,8 +232,7 @@ def test_a_pitchfork_that_misses_itself_is_a_fold(e):
     branch, *others = sf.response(model, vary="r", span=(1, -1)).branches
     assert kinds(branch) == ["LP"]
     assert branch.special[0].value == pytest.approx(3 * (e / 2) ** (2 / 3), rel=1e-5, abs=0)
-    assert branch.parameter[-1] == 1
-    assert others == []
+    assert (branch.parameter[-1], others) == (1, [])
 
 
 def test_cycles_that_miss_a_pitchfork_have_a_fold():

@@ -247,7 +247,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         """Return the branch point near one between two, with the branch that crosses there."""
         # Of the points between, one may lie on the other branch; a and b lie on this one.
         along = hermite([a, b], point.arclength)[1]
-        crossing = find_crossing(self._orbits, point, along)
+        crossing = find_crossing(self._orbits, point, along, float(np.linalg.norm(b.z - a.z)))
         if crossing is None:
             slope = (b.tests["fold"] - a.tests["fold"]) / (b.arclength - a.arclength)
             return Found("BP", point, slope)

@@ -47,7 +47,9 @@ class Crossing:
     blurred: float  # what it can do to the place on a branch, in arclength
 
 
-def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossing | None:
+def find_crossing(
+    curve: OrbitCurve, point: OrbitPoint, along: Array, length: float = 0.0
+) -> Crossing | None:
     r"""Correct a branch point that was located on one branch, and find how the other leaves it.
 
     At a branch point the equations' Jacobian has a kernel of two dimensions and one vector psi on
@@ -60,6 +62,9 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     leave along the directions in which its second derivative does: the algebraic branching equation
     (Keller, in Applications of Bifurcation Theory, 1977, 359-384; Govaerts, Numerical Methods for
     Bifurcations of Dynamical Equilibria, 2000, section 7.8).
+
+    Within a step of some length that is long Newton's method may have led onto the other branch,
+    far from the crossing: an error asks for a shorter one.
     """
     reduced = _Reduction(curve, point.z)
     place = np.zeros(2)
@@ -70,6 +75,8 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
         step = np.linalg.solve(hessian, -slopes)
         place = place + step
         if np.linalg.norm(place) > CROSSING.elsewhere:
+            if length > CROSSING.elsewhere:
+                raise LostCurveError("a step led onto another branch before they cross")
             return None
         if np.linalg.norm(step) < NEWTON.still:
             break
@@ -83,7 +90,8 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
         return None
     if abs(solved.remainder) > CROSSING.remains * curve.orbits.by.remainder:
         raise LostCurveError("two branches come close and turn away from each other")
-    tangents = [_unit(solved.moves @ direction) for direction in (*directions, *near)]
+    moves = [solved.moves @ direction for direction in (*directions, *near)]
+    tangents = [each / np.linalg.norm(each) for each in moves]
     alike = [float(tangent @ along) for tangent in tangents[:2]]
     own = int(np.abs(alike).argmax())
     other = _oriented(tangents[1 - own])
@@ -94,8 +102,8 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
     at = solved.z, tangents[own] * np.sign(alike[own]), arclength
     found = curve.derived_point(*at, part.monodromy, residual, part)
     # Rounding of the slopes moves the place, and with it the parameter.
-    moves = solved.rounding * solved.moves @ np.linalg.inv(hessian)
-    rounding, blurred = float(np.linalg.norm(moves[-1])), float(np.linalg.norm(moves, 2))
+    errors = solved.rounding * solved.moves @ np.linalg.inv(hessian)
+    rounding, blurred = float(np.linalg.norm(errors[-1])), float(np.linalg.norm(errors, 2))
     return Crossing(found, other, unsure, rounding, blurred)
 
 
@@ -108,10 +116,6 @@ def _oriented(tangent: Array) -> Array:
     if sizes[-1] > CROSSING.oriented * sizes.max():
         return tangent * np.sign(tangent[-1])
     return tangent * np.sign(tangent[np.flatnonzero(sizes > 0.5 * sizes.max())[0]])
-
-
-def _unit(vector: Array) -> Array:
-    return vector / np.linalg.norm(vector)
 
 
 def _zero_directions(hessian: Array) -> list[Array] | None:

@@ -193,10 +193,8 @@ class BranchTree(CurveSet[OrbitPoint]):
         if self._observer is None:
             return
         period, value = traced.curve.period, traced.curve.value(traced.points[-1].z)
-        names = (
-            *(name for followed in self.curves for name in _names(followed.traced)),
-            *_names(traced),
-        )
+        curves = *(followed.traced for followed in self.curves), traced
+        names = tuple(name for each in curves for name in _names(each))
         at = len(self.curves) + 1, period, len(traced.points), value, names
         self._observer(branch_progress(self._parameter, *at))
 
@@ -263,9 +261,8 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
             if isinstance(nearer, Failure):
                 return step
             if _continues(nearer, first):
-                if has_image(orbits):
-                    return _resolved_step(step, [start, nearer, first], reached)
-                return step
+                points = [start, nearer, first]
+                return _resolved_step(step, points, reached) if has_image(orbits) else step
         step /= 4
     return longest
 
