@@ -62,6 +62,10 @@ OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "3"))
 """LLVM's level for all that is compiled. At 0 it compiles in a quarter of the time and runs half as
 fast, which suits models that are integrated once, as in most tests."""
 
+SHORT = 500
+"""Terms of functions up to which code is not compact: it is compiled in a third of the time, but
+more take ever longer."""
+
 
 def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expression]) -> Any:
     """Compile functions of n symbols, called with their values, shape (n,) or (n, m).
@@ -71,10 +75,10 @@ def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expre
     """
     # heyoka's own disk cache is unchecked and shared by all programs.
     hy.llvm_state.set_diskcache_enabled(False)
-    # At level 0, and without compact mode, sums and powers are rounded in another order.
-    level = min(1, OPTIMIZATION)
+    level, written = min(1, OPTIMIZATION), list(expressions)
+    compact = sum(map(len, written)) > SHORT
     return hy.cfunc(
-        list(expressions), vars=list(symbols), compact_mode=True, opt_level=level, batch_size=1
+        written, vars=list(symbols), compact_mode=compact, opt_level=level, batch_size=1
     )
 
 
