@@ -98,6 +98,7 @@ def test_an_interrupt_keeps_what_is_done():
     assert np.isfinite(found.states[0, :2]).all()
     assert (found.reasons[:, 3] == "not done").all()
     assert "Interrupted" in found.summary()
+    assert not len(dots_of(found, found.run("start 2"), "x", "stroboscopic")[0])
 
 
 @pytest.mark.parametrize(
@@ -118,8 +119,7 @@ def test_wrong_input_is_one_sentence(options, message):
 
 
 def test_motions_on_a_floor_at_rest_are_swept():
-    """Over the speed of the floor, zero, slip is infinite: they were called singular at once."""
-    floor = den_hartog(0.6, 0.2)
+    floor = den_hartog(0.6, 0.2)  # over its speed, zero, slip is infinite
     found = sf.sweep(floor, "F", (0.8, 1.0), points=2, starts=1, transient=100, periods=4)
     alone = [sf.simulate(floor.replace(F=F), 300).states[-1] for F in (0.8, 1.0)]
     for run_name in ("up", "down", "start 1"):

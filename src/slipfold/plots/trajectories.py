@@ -359,13 +359,14 @@ def dots_of(sweep: Sweep, run: int, output: str, measure: str) -> tuple[Array, A
     """Return values of the parameter, and what an output is or reaches there."""
     column, states = flow_of(sweep.model).output_index(output), sweep.states[run]
     known = np.flatnonzero(np.isfinite(states).all(axis=(1, 2)))
+    if measure != STROBOSCOPIC:
+        known = known[~sweep.stuck[run, known]]
+    if not len(known):
+        return np.empty(0), np.empty(0)
     if measure == STROBOSCOPIC:
         x = np.repeat(sweep.values[known], states.shape[1])
         found = sampled_outputs(sweep.model, sweep.vary, x, states[known].reshape(len(x), -1), 1)
         return x, found[:, 0, column]
-    known = known[~sweep.stuck[run, known]]
-    if not len(known):
-        return np.empty(0), np.empty(0)
     # Of what repeats one response says all; otherwise every period is a dot.
     repeats = sweep.repeats(sweep.runs[run])[known]
     rows = [states[place, : count or None] for place, count in zip(known, repeats, strict=True)]
