@@ -55,6 +55,13 @@ def den_hartog(frequency, slip, stick=None):
     return belt(law, 0.0, force=1.0, f=frequency / (2 * math.pi))
 
 
+def most_load(frequency, mu):
+    """The largest load of his orbit without stops, at a frequency in Hz."""
+    rate = 2 * np.pi * frequency
+    unforced = np.sin(np.pi / rate) / (1 + np.cos(np.pi / rate)) / rate
+    return np.abs(1 / (1 - rate**2)) / np.hypot(unforced, rate**-2) / mu
+
+
 def rubbing(**values):
     """A damped oscillator on a floor, forced, with formulas: its friction is a parameter."""
     return sf.System(

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq, fsolve
 
 import slipfold as sf
-from helpers.dry_friction import belt, den_hartog, shaken_across
+from helpers.dry_friction import belt, den_hartog, most_load, shaken_across
 
 SINGLE = sf.Settings(largest_period=1)
 MU = 0.2
@@ -26,7 +26,7 @@ def named(model, vary, span):
     return point, branch
 
 
-def shaken(frequency, **loads):
+def shaken(frequency, stiffness=None, **loads):
     """Masses on a floor, forced alike: x'' + x = cos(W t) - MU Ns sgn x'."""
     law = sf.Coulomb(mu_s=MU, mu_k=MU)
     contacts = [
@@ -35,7 +35,7 @@ def shaken(frequency, **loads):
     return sf.Structure(
         np.eye(len(loads)),
         None,
-        np.eye(len(loads)),
+        np.eye(len(loads)) if stiffness is None else stiffness,
         names=list(loads),
         contacts=contacts,
         forcing=sf.HarmonicForce(dict.fromkeys(loads, 1.0), F=1.0),
@@ -46,11 +46,9 @@ def shaken(frequency, **loads):
 @pytest.mark.parametrize("frequency", [0.6, 0.8])
 def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
     # Its largest friction without stops; the supremum in it is a limit.
-    unforced = math.sin(math.pi / frequency) / (1 + math.cos(math.pi / frequency)) / frequency
-    most = abs(1 / (1 - frequency**2)) / math.hypot(unforced, frequency**-2) / MU
+    most = most_load(frequency / (2 * math.pi), MU)
     for span in ((1.05 * most, 0.95 * most), (0.95 * most, 1.05 * most)):
-        model = shaken(frequency, x=span[0])
-        point, branch = named(model, "Ns_x", span)
+        point, branch = named(shaken(frequency, x=span[0]), "Ns_x", span)
         assert point.type == "STICK"
         assert point.value == pytest.approx(most, abs=point.uncertainty)
         assert point.uncertainty < 1e-11
@@ -61,8 +59,7 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
 def test_a_response_on_a_floor_begins_where_a_motion_settles():
     # A friction damper: what a given orbit leads to, without one, from either end or between.
     model = shaken(0.8, x=3.5)
-    orbit = sf.periodic_orbit(model)
-    (given,) = sf.response(orbit, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
+    (given,) = sf.response(sf.periodic_orbit(model), "Ns_x", (3.5, 4.5), settings=SINGLE).branches
     (found,) = sf.response(model, "Ns_x", (3.5, 4.5), settings=SINGLE).branches
     assert [item.type for item in found.special] == ["STICK"]
     start = {"start": {"Ns_x": 4.0}, "settings": SINGLE}
@@ -71,14 +68,31 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         known = point.uncertainty + given.special[0].uncertainty
         assert point.value == pytest.approx(given.special[0].value, abs=known)
         assert known < 1e-8
-    with pytest.raises(sf.InputError, match=r"contact x of .* sticks for good"):
-        sf.response(model, "Ns_x", (6.0, 4.5), settings=SINGLE)
-    (ended,) = sf.response(model, "Ns_x", (4.5, 6.0), settings=SINGLE).branches
-    assert "x of structure sticks for good" in ended.stopped.reason
-    assert ended.parameter[-1] == pytest.approx(1 / MU, abs=1e-4)  # residuals are 1e-10: its root
+    for span in ((6.0, 4.5), (4.5, 6.0)):  # more than 1 / MU holds it all the time
+        (branch,) = sf.response(model, "Ns_x", span, settings=SINGLE).branches
+        (point,) = branch.special
+        assert (point.type, branch.stopped.kind) == ("GRAZE", "span")
+        assert point.value == pytest.approx(1 / MU, abs=point.uncertainty)
+        assert point.uncertainty < 1e-8
+        beyond, sticks = branch.parameter - 1 / MU, branch.stuck_fraction > 1 - 1e-6
+        assert (sticks == (beyond > 0))[np.abs(beyond) > 1e-4].all()
     seen = sf.measure(model, "f", [0.127, 0.13], ["max x"])
     with pytest.raises(sf.InputError, match="only contacts that always slip one way"):
         sf.fit(model, seen, {"Ns_x": (3.0, 4.0)})
+
+
+def test_a_mass_that_friction_holds_all_the_time_is_a_fixed_one():
+    stiffness = np.array([[1.4, -0.4], [-0.4, 1.4]])
+    two, one = shaken(0.8, stiffness, x=2.5, y=12.0), shaken(0.8, stiffness[:1, :1], x=2.5)
+    orbit, fixed = sf.periodic_orbit(two), sf.periodic_orbit(one)
+    assert orbit.nodes[:, ::2] == pytest.approx(fixed.nodes, abs=1e-9)
+    assert orbit.nodes[:, 1::2] == pytest.approx(0, abs=1e-9)
+    assert orbit.multipliers[:2] == pytest.approx(fixed.multipliers, abs=1e-9)
+    assert orbit.multipliers[2:] == pytest.approx(0, abs=1e-12)
+    (branch,) = sf.response(two, "Ns_y", (12.0, 5.0), settings=SINGLE).branches
+    pulls = 0.4 * fixed.sample(4096)[1][:, 0] + np.cos(2 * np.pi * np.arange(4096) / 4096)
+    assert (branch.special[0].type, branch.stopped.kind) == ("GRAZE", "span")
+    assert branch.special[0].value == pytest.approx(np.abs(pulls).max() / MU, abs=1e-5)
 
 
 @pytest.mark.long
@@ -87,10 +101,8 @@ def test_turns_on_a_floor_begin_to_stick_along_a_locus():
     model = shaken(0.8, x=3.5)
     plane, window = ("Ns_x", "f"), ((3.3, 3.9), (0.11, 0.125))
     (locus,) = sf.locus(model, plane, window, type="STICK").loci
-    load, rate = locus.values.T * np.array([[1.0], [2 * math.pi]])
-    unforced = np.sin(math.pi / rate) / (1 + np.cos(math.pi / rate)) / rate
-    most = np.abs(1 / (1 - rate**2)) / np.hypot(unforced, rate**-2) / MU
-    assert load == pytest.approx(most, abs=1e-9)
+    load, frequency = locus.values.T
+    assert load == pytest.approx(most_load(frequency, MU), abs=1e-9)
     assert {locus.started.kind, locus.stopped.kind} == {"window"}
     with pytest.raises(sf.InputError, match="Vd_x must be > 0"):
         sf.bifurcation_set(model, plane, window)
@@ -102,18 +114,12 @@ def test_turns_on_a_floor_begin_to_stick_along_a_locus():
 def test_longest_steps_find_where_turns_begin_to_stick_too(span):
     # The closed form above, over the frequency: the load is the largest without stops there.
     load, settings = 4.0, sf.Settings(largest_period=1, steps=sf.Steps(largest=1.0))
-
-    def left(frequency):
-        rate = 2 * math.pi * frequency
-        unforced = math.sin(math.pi / rate) / (1 + math.cos(math.pi / rate)) / rate
-        return abs(1 / (1 - rate**2)) / math.hypot(unforced, rate**-2) / MU - load
-
+    most = brentq(lambda frequency: most_load(frequency, MU) - load, 0.11, 0.14, xtol=1e-15)
     orbit = sf.periodic_orbit(shaken(2 * math.pi * span[0], x=load))
     (branch,) = sf.response(orbit, vary="f", span=span, settings=settings).branches
-    assert branch.stopped.kind == "span"
     (point,) = branch.special
-    assert point.type == "STICK"
-    assert point.value == pytest.approx(brentq(left, 0.11, 0.14, xtol=1e-15), abs=1e-10)
+    assert (point.type, branch.stopped.kind) == ("STICK", "span")
+    assert point.value == pytest.approx(most, abs=1e-10)
 
 
 @pytest.mark.parametrize("friction", [rarely(0.1), 0.2])

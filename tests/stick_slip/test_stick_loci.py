@@ -1,13 +1,11 @@
 """Loci of STICK, where a turn begins to stick: against a closed form and another integrator."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.dry_friction import DUFFING_ON_BELT, belt
+from helpers.dry_friction import DUFFING_ON_BELT, belt, most_load
 from slipfold.bifurcations.loci.follow import follow_loci
 
 SINGLE = sf.Settings(largest_period=1)
@@ -24,21 +22,14 @@ def sticks_on(model, vary, span):
     return point
 
 
-def most_load(frequency):
-    """The largest load of Den Hartog's orbit without stops, friction over it MU."""
-    rate = 2 * math.pi * frequency
-    unforced = math.sin(math.pi / rate) / (1 + math.cos(math.pi / rate)) / rate
-    return abs(1 / (1 - rate**2)) / math.hypot(unforced, rate**-2) / MU
-
-
 def test_turns_of_den_hartogs_orbit_begin_to_stick_on_his_curve():
-    law, load = sf.Coulomb(mu_s=MU, mu_k=MU), 1.02 * most_load(0.1)
+    law, load = sf.Coulomb(mu_s=MU, mu_k=MU), 1.02 * most_load(0.1, MU)
     model = belt(law, 0.0, load=load, force=1.0, f=0.1)
-    point = sticks_on(sf.periodic_orbit(model), "Ns", (load, 0.98 * most_load(0.1)))
+    point = sticks_on(sf.periodic_orbit(model), "Ns", (load, 0.98 * most_load(0.1, MU)))
     (locus,) = follow_loci([point], ("f", "Ns"), ((0.09, 0.12), (1.0, 6.0)))
     assert (locus.type, locus.started.kind, locus.stopped.kind) == ("STICK", "window", "window")
     for frequency, load in locus.values:
-        assert load == pytest.approx(most_load(frequency), rel=1e-10)
+        assert load == pytest.approx(most_load(frequency, MU), rel=1e-10)
 
 
 @pytest.fixture(scope="module")

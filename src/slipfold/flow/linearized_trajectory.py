@@ -15,13 +15,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.contact_state import Instant
-from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
-from slipfold.flow.modes import CONTACT, Ending, Mode, Status, reported_mode
+from slipfold.flow.equations import Constants
+from slipfold.flow.hybrid_flow import HybridFlow, HybridSystem, SmoothPhase
+from slipfold.flow.modes import CONTACT, Ending, Mode, Status, SwitchingEvent, reported_mode
 from slipfold.flow.polynomials import SlowPolynomials
 from slipfold.flow.release import Release
 
@@ -35,6 +37,8 @@ class LinearizedTrajectory:
 
     matrix: Array  # shape (n, n)
     vectors: Array  # shape (n, k)
+    # Those of the beginning of each smooth phase, (n, n + k), and of its time, (n + k,); of the end
+    begins: list[tuple[Array, Array]]
 
 
 def linearized_trajectory(
@@ -55,14 +59,18 @@ def linearized_trajectory(
     ends, matrices, vectors = variations.propagated([part for part, _ in passed], starts)
     varied = np.eye(n, n + directions.shape[1])
     varied = variations.held(_equations_in(first), start, first.begin, varied)
+    begins, delay = list[tuple[Array, Array]](), np.zeros(varied.shape[1])
     for index, (part, after) in enumerate(passed):
+        begins.append((varied, delay))
+        delay = np.zeros(varied.shape[1])
         varied = matrices[index] @ varied
         varied[:, n:] += vectors[index]
         if part.released or part.event is None:
             continue
         if part.event.ending not in UNCHANGED:
-            varied = variations.changed(part, after, ends[index], beyond[index], varied)
-    return LinearizedTrajectory(varied[:, :n], varied[:, n:])
+            varied, delay = variations.changed(part, after, ends[index], beyond[index], varied)
+    begins.append((varied, delay))
+    return LinearizedTrajectory(varied[:, :n], varied[:, n:], begins)
 
 
 def _equations_in(part: SmoothPhase) -> Mode:
@@ -130,33 +138,19 @@ class _Variations:
 
     def changed(
         self, part: SmoothPhase, after: Mode, end: Array, beyond: Array, varied: Array
-    ) -> Array:
-        """Return variations after an event."""
+    ) -> tuple[Array, Array]:
+        """Return variations after an event, and of its time."""
         mode, phase = reported_mode(part.mode), np.array([part.end])
-        states, explicit, by_parameters = self._event_slopes(part, end)
+        assert part.event is not None
+        margin = EventMargin(self._flow, mode, part.event, self._constants)
+        states, explicit, by_parameters = margin.slopes(end, part.end, self._directions)
         rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
         new_rates = self._flow.of(after).rates(beyond[None], phase, self._constants)[0]
         met = states @ varied
         met[len(end) :] += by_parameters
         delay = -met / (states @ rates + explicit)
         varied = varied + np.outer(rates - new_rates, delay)
-        return self.held(after, part.state, part.end, varied)
-
-    def _event_slopes(self, part: SmoothPhase, end: Array) -> tuple[Array, float, Array]:
-        """Return the derivatives of the event function."""
-        event, flow = part.event, self._flow
-        assert event is not None
-        if event.ending is Ending.STOPS:
-            components = self._system.places[event.which]
-            slip = np.array(self._system.at(end, part.end).slip[components])
-            along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
-            result = flow.slips.at(end, part.end, self._constants, self._directions)
-            states, explicit, by_parameters = (along @ item[components] for item in result)
-            return states, float(explicit), by_parameters
-        slopes, which = flow.mode(reported_mode(part.mode)).slopes_of(event)
-        result = slopes.at(end, part.end, self._constants, self._directions)
-        states, explicit, by_parameters = (item[which] for item in result)
-        return states, float(explicit), by_parameters
+        return self.held(after, part.state, part.end, varied), delay
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
         """Return variations without slip in the contacts that stick in a mode."""
@@ -245,3 +239,91 @@ def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
             low, high = (middle, high) if falls else (low, middle)
         result.append(float(np.exp(CONTACT.unit * np.polynomial.polynomial.polyval(low, powers))))
     return result
+
+
+@dataclass(frozen=True, eq=False)
+class EventMargin:
+    """The function of an event, positive before it; of slip in the plane its speed."""
+
+    flow: HybridFlow
+    mode: Mode
+    event: SwitchingEvent
+    constants: Constants
+
+    def values(self, states: Array, phases: Array) -> Array:
+        """Return its values, shape (p,). Shapes: states (p, n); phases (p,)."""
+        flow, event = self.flow, self.event
+        if event.ending is Ending.SLOWS:
+            slips = flow.slips.values(states, phases, self.constants)
+            return np.asarray(np.linalg.norm(slips[:, flow.quantities.places[event.which]], axis=1))
+        slopes, which = flow.mode(self.mode).slopes_of(event)
+        values = slopes.values(states, phases, self.constants)[:, which]
+        return -values if event.rising else values
+
+    def slopes(self, state: Array, phase: float, directions: Array) -> tuple[Array, float, Array]:
+        """Return its derivatives by state and phase, and along changes of the coefficients.
+
+        Shapes: state (n,); directions (n_c, k); returns (n,), (), (k,).
+        """
+        flow, event = self.flow, self.event
+        if event.ending in (Ending.SLOWS, Ending.STOPS):
+            which = flow.quantities.places[event.which]
+            slip = flow.slips.values(state[None], np.array([phase]), self.constants)[0, which]
+            along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
+            given = flow.slips.at(state, phase, self.constants, directions)
+            parts = [along @ item[which] for item in given]
+        else:
+            slopes, place = flow.mode(self.mode).slopes_of(event)
+            given = slopes.at(state, phase, self.constants, directions)
+            parts = [-item[place] if event.rising else item[place] for item in given]
+        return parts[0], float(parts[1]), parts[2]
+
+
+CLOSER, EXACT = 9, 1e-7
+"""Phases among which a margin is smallest, ever nearer, and their last extent."""
+
+
+class Least(NamedTuple):
+    """A margin where it is least."""
+
+    value: float
+    margin: EventMargin
+    part: int  # number of the smooth phase
+    start: Array  # state in which that begins, shape (n,)
+    phase: float
+
+    def slopes(self, linearized: LinearizedTrajectory, part: SmoothPhase, along: Array) -> Array:
+        """Return its derivatives by an orbit's first state and along changes of the coefficients.
+
+        Where an event begins or ends the smooth phase, its time varies too. Shapes: along
+        (n_c, k); returns (n + k,).
+        """
+        n, margin, at = len(self.start), self.margin, np.array([self.phase])
+        (varied, late), flow = linearized.begins[self.part], margin.flow.of(margin.mode)
+        state, given = self.start, (np.array([part.begin]), at, margin.constants, along)
+        if self.phase > part.begin:
+            ends, matrices, vectors = flow.linearize(state[None], *given)
+            state, varied = ends[0], matrices[0] @ varied
+            varied[:, n:] += vectors[0]
+            late = np.zeros(len(late))
+            if self.phase == part.end and part.event is not None:
+                late = linearized.begins[self.part + 1][1]
+        by_state, by_phase, by_free = margin.slopes(state, self.phase, along)
+        rate = by_state @ flow.rates(state[None], at, margin.constants)[0] + by_phase
+        result = by_state @ varied + rate * late
+        result[n:] += by_free
+        return np.asarray(result)
+
+
+def least_near(found: Least, phases: Array, at: int) -> Least:
+    """Return the least value of a margin near the smallest of some. Shapes: phases (p,)."""
+    margin, near = found.margin, phases
+    flow, starts = margin.flow.of(margin.mode), np.tile(found.start, (CLOSER, 1))
+    while True:
+        low, high = near[max(at - 1, 0)], near[min(at + 1, len(near) - 1)]
+        near = np.linspace(low, high, CLOSER)
+        states = flow.advance(starts, np.full(CLOSER, phases[0]), near, margin.constants)
+        values = margin.values(states, near)
+        at = int(values.argmin())
+        if high - low < EXACT:
+            return found._replace(value=float(values[at]), phase=float(near[at]))

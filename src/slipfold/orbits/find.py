@@ -223,14 +223,8 @@ class _Search:
         if settlement.duration is not None and not forced:
             model = model.replace(duration=settlement.duration)
         orbits = orbits_at(model, self.period, 1, by=SwitchedShooting)
-        by, constants = orbits.by, orbits.flow.constants_of(model)
-        assert isinstance(by, SwitchedShooting)
-        better = by.better(node[None], constants)
-        if better is not None:
-            node = by.states(node[None], constants, better.start)[0]
-            orbits = orbits.described_by(better)
-        z, by = orbits.unknown(node[None], model), orbits.by
-        found = self._corrected(orbits, z)
+        orbits, z = fitted(orbits, orbits.unknown(node[None], model))
+        found, by = self._corrected(orbits, z), orbits.by
         z = found.z if found.converged else z
         assert isinstance(by, SwitchedShooting)
         resting = by.rests(orbits.nodes(z), orbits.constants(z)) if forced else None

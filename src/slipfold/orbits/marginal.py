@@ -14,6 +14,7 @@ from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.hybrid_flow import HybridFlow, SmoothPhase
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
+from slipfold.flow.linearized_trajectory import EventMargin
 from slipfold.flow.modes import (
     GRAZED,
     Ending,
@@ -69,67 +70,29 @@ class MarginalEvent:
     several: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Margin:
-    """The function of an event, positive before it; of slip in the plane its speed."""
-
-    flow: HybridFlow
-    mode: Mode
-    event: SwitchingEvent
-    constants: Constants
-
-    def values(self, states: Array, phases: Array) -> Array:
-        """Return its values, shape (p,). Shapes: states (p, n); phases (p,)."""
-        flow, event = self.flow, self.event
-        if event.ending is Ending.SLOWS:
-            slips = flow.slips.values(states, phases, self.constants)
-            return np.asarray(np.linalg.norm(slips[:, flow.quantities.places[event.which]], axis=1))
-        slopes, which = flow.mode(self.mode).slopes_of(event)
-        values = slopes.values(states, phases, self.constants)[:, which]
-        return -values if event.rising else values
-
-    def slopes(self, state: Array, phase: float, directions: Array) -> tuple[Array, float, Array]:
-        """Return its derivatives by state and phase, and along changes of the coefficients.
-
-        Shapes: state (n,); directions (n_c, k); returns (n,), (), (k,).
-        """
-        flow, event = self.flow, self.event
-        if event.ending is Ending.SLOWS:
-            which = flow.quantities.places[event.which]
-            slip = flow.slips.values(state[None], np.array([phase]), self.constants)[0, which]
-            along, found = slip / np.linalg.norm(slip), flow.slips
-            parts = [
-                along @ item[which] for item in found.at(state, phase, self.constants, directions)
-            ]
-        else:
-            slopes, place = flow.mode(self.mode).slopes_of(event)
-            sign = -1.0 if event.rising else 1.0
-            parts = [
-                sign * item[place] for item in slopes.at(state, phase, self.constants, directions)
-            ]
-        return parts[0], float(parts[1]), parts[2]
-
-    def minima(self, start: Array, begin: float, end: float, kind: str) -> Iterator[Near]:
-        """Yield the minima on the way from a state, each with how near it is to zero."""
-        phases = np.linspace(begin, end, WINDOW.samples + 1)
-        states = self.flow.of(self.mode).along(start[None], phases[None], self.constants)[0]
-        values = self.values(states, phases)
-        size = float(np.abs(values).max())
-        if not (np.isfinite(values).all() and size > 0):
-            return
-        steps, modes = np.diff(values), (self.mode, self.mode, self.mode)
-        for i in np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1:
-            left = i - int(np.argmax(np.append(steps[:i][::-1] > 0, True)))
-            right = i + int(np.argmax(np.append(steps[i:] < 0, True)))
-            reach = WINDOW.clear * min(
-                phases[i] - phases[left], phases[right] - phases[i], 2 * WINDOW.longest
-            )
-            level = WINDOW.level if self.event.ending is Ending.SLOWS else 0.0
-            at = float(phases[i]), float(reach), size, level
-            yield abs(float(values[i])) / size, MarginalEvent(kind, *modes, self.event, None, *at)
-
-
 Near = tuple[float, MarginalEvent]
+
+
+def _minima(
+    margin: EventMargin, start: Array, begin: float, end: float, kind: str
+) -> Iterator[Near]:
+    """Yield the minima of a margin on the way from a state, each with how near it is to zero."""
+    phases = np.linspace(begin, end, WINDOW.samples + 1)
+    states = margin.flow.of(margin.mode).along(start[None], phases[None], margin.constants)[0]
+    values = margin.values(states, phases)
+    size = float(np.abs(values).max())
+    if not (np.isfinite(values).all() and size > 0):
+        return
+    steps, modes = np.diff(values), (margin.mode, margin.mode, margin.mode)
+    for i in np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1:
+        left = i - int(np.argmax(np.append(steps[:i][::-1] > 0, True)))
+        right = i + int(np.argmax(np.append(steps[i:] < 0, True)))
+        reach = WINDOW.clear * min(
+            phases[i] - phases[left], phases[right] - phases[i], 2 * WINDOW.longest
+        )
+        level = WINDOW.level if margin.event.ending is Ending.SLOWS else 0.0
+        at = float(phases[i]), float(reach), size, level
+        yield abs(float(values[i])) / size, MarginalEvent(kind, *modes, margin.event, None, *at)
 
 
 def _grazings(
@@ -145,8 +108,8 @@ def _grazings(
         if not part.released and part.end > part.begin:
             for event in flow.mode(mode).events:
                 if event.ending in GRAZED[kind]:
-                    margin = _Margin(flow, mode, event, constants)
-                    yield from margin.minima(state, part.begin, part.end, kind)
+                    margin = EventMargin(flow, mode, event, constants)
+                    yield from _minima(margin, state, part.begin, part.end, kind)
         state = part.state
     # What was met for a short time, after which contacts continue as before.
     for place, ((before, _), (part, after)) in enumerate(pairwise(passed), start=1):
@@ -159,7 +122,8 @@ def _grazings(
             follows, begin = passed[place + 1][0], passed[place - 2][0].state
             # As if nothing had been met, it turns back a little beyond.
             until = part.end + WINDOW.clear * (follows.end - follows.begin)
-            yield from _Margin(flow, mode, met, constants).minima(begin, before.begin, until, kind)
+            margin = EventMargin(flow, mode, met, constants)
+            yield from _minima(margin, begin, before.begin, until, kind)
 
 
 def _stops(
@@ -184,7 +148,7 @@ def _stops(
             continue
         held = (*after[:contact], Status.STICK, *after[contact + 1 :])
         left = {
-            event.towards: (event, float(_Margin(flow, held, event, constants).values(*at)[0]))
+            event.towards: (event, float(EventMargin(flow, held, event, constants).values(*at)[0]))
             for at in [(part.state[None], np.array([part.end]))]
             for event in flow.mode(held).events
             if event.ending is Ending.YIELDS and event.which == contact
@@ -428,8 +392,8 @@ class MarginalShooting(SwitchedShooting):
             found.append(float(by_state @ rate) + by_phase)
         return np.array(found)
 
-    def _margin(self, constants: Constants) -> _Margin:
-        return _Margin(self.switched, self.met.held, self.met.event, constants)
+    def _margin(self, constants: Constants) -> EventMargin:
+        return EventMargin(self.switched, self.met.held, self.met.event, constants)
 
     def _slips(self, contact: int, states: Array, phases: Array, constants: Constants) -> Array:
         place = self.switched.quantities.places[contact].start

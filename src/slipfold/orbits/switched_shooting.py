@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,13 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
-from slipfold.flow.linearized_trajectory import grazing_distances, linearized_trajectory
+from slipfold.flow.linearized_trajectory import (
+    EventMargin,
+    Least,
+    grazing_distances,
+    least_near,
+    linearized_trajectory,
+)
 from slipfold.flow.modes import CONTACT, Ending, Mode, Status, UndeterminedMode, reported_mode
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -25,15 +32,24 @@ DIFFERENCED_TWICE = 1e-3
 """That of second differences: rounding of 1e-12 is 1e-6 then, and so is what they leave out."""
 
 NEUTRAL = 1e-3
-"""Distance of a multiplier from one within which an orbit may rest anywhere.
-
-Friction that only just holds lets a contact move a little in each period before it sticks for good.
-"""
+"""Distance of a multiplier from one within which an orbit may rest anywhere."""
 
 RESTING = (
     "the contact{name} of {model} sticks for good, so it may rest anywhere in a range and no orbit "
     "is isolated; choose values at which it slips, or replace the contact by a stiff spring"
 )
+
+SAMPLES = 256
+"""Samples a phase at which the friction that is left is looked at first."""
+
+SLIPS = 1e-9
+"""Displacement in scaled states, of several residuals, up to which a contact does not slip."""
+
+LITTLE = 1e-4
+"""The same of one that slips forth and back, below which residuals leave open where: what it comes
+back by has one over this as weight."""
+
+WAYS = (Status.FORTH, Status.BACK)
 
 Piece = tuple[tuple[Mode, ...], ...]
 """What contacts do in turn, by groups between which the order makes no difference."""
@@ -45,6 +61,21 @@ Passed = list[tuple[SmoothPhase, Mode]]
 def in_turn(found: list[Mode]) -> tuple[Mode, ...]:
     """Return modes in their order, wherever the period starts."""
     return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
+
+
+class _Resting(NamedTuple):
+    """Contacts along lines that stick throughout a period, and come back after it.
+
+    Each may rest anywhere in a range: its displacement is an unknown without an equation. The one
+    in the middle of the range is taken, where friction has as much left in either direction: where
+    the contact begins to slip the range is a point. Slip one way that residuals cannot tell from
+    none leads there too.
+    """
+
+    contacts: list[int]
+    displaced: Array  # derivatives of their displacements by scaled states, shape (k, n)
+    states: Array  # what displaces each alone, shape (n, k)
+    weights: Array  # of what contacts come back by, zero of those that do not slip, shape (k,)
 
 
 class SwitchedShooting(Shooting):
@@ -72,6 +103,113 @@ class SwitchedShooting(Shooting):
         self.slips_in_planes = any(len(contact.slip) == 2 for contact in self.switched.contacts)
 
     smooth = False
+
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return by how much the orbit misses its beginning, and contacts where they may rest."""
+        missed, rest = super().mismatch(nodes, constants), self._resting(nodes, constants)
+        return missed if rest is None else self._placed(rest, nodes, constants, missed)[0]
+
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the same with derivatives, all in scaled states."""
+        missed, blocks, along = super().transitions(nodes, constants)
+        rest = self._resting(nodes, constants)
+        if rest is None:
+            return missed, blocks, along
+        passed, directions = self.round(nodes, constants), constants.rates[:, self.indices]
+        system = self.switched.system(nodes[0], constants, energies=False)
+        linearized = linearized_trajectory(system, nodes[0], passed, directions)
+        n, weights = len(self.scales), rest.weights[:, None]
+        ends = np.hstack([blocks[0] - np.eye(n), along[0]])
+        missed, least, sizes = self._placed(rest, nodes, constants, missed)
+        slopes = np.zeros((len(least), ends.shape[1]))
+        for row, one in enumerate(least):
+            if one is not None:
+                slopes[row] = one.slopes(linearized, passed[one.part][0], directions)
+        slopes = (slopes[::2] - slopes[1::2]) * [*self.scales, *self.units] / sizes[:, None]
+        slopes = rest.states @ (slopes + weights * (rest.displaced @ ends))
+        return missed, blocks + slopes[:, :n], along + slopes[:, n:]
+
+    def settled(self, blocks: Array, nodes: Array, constants: Constants) -> Array | None:
+        """Return what perturbations become that leave contacts where they rest."""
+        rest = self._resting(nodes, constants)
+        if rest is None:
+            return None
+        own, weights = rest.displaced @ blocks, rest.weights[:, None]
+        left = np.where(weights > 0, (own + weights * rest.displaced) / (1 + weights), 0.0)
+        return np.asarray(blocks + rest.states @ (left - own))
+
+    def _resting(self, nodes: Array, constants: Constants) -> _Resting | None:
+        """Return contacts along lines that stick throughout the period, or nearly so.
+
+        Their displacements have slip as the rate, and are not what friction changes at once.
+        Shapes: nodes (1, n).
+        """
+        flow, places = self.switched, self.switched.quantities.places
+        passed = [part for part, _ in self.round(nodes, constants)]
+        modes, stuck = [part.reported_mode for part in passed], {Status.STICK}
+        at = nodes[0], float(self.start[0]), constants
+        plate, does = flow.quantities.at(*at).plate, map(set, zip(*modes, strict=True))
+        ways = {
+            which: own
+            for which, (own, place) in enumerate(zip(does, places, strict=False))
+            if place.stop - place.start == 1
+            and stuck <= own <= stuck | {*WAYS}
+            and (own == stuck or not plate[place.start])
+        }
+        if not ways:
+            return None
+        slips = flow.slips.at(*at, np.empty((len(constants.values), 0)))[0] * self.scales
+        slips = slips[[places[which].start for which in ways]]
+        free = flow.of((Status.FORTH,) * len(places))
+        rates = free.jacobians(nodes[:1], self.start[:1], constants)[0] * self.ratios
+        displaced = np.linalg.lstsq(rates.T, slips.T, rcond=None)[0].T
+        held = sorted({i for mode in modes for i in flow.mode(mode).held_at(constants)})
+        wrong = np.hstack([displaced @ rates - slips, displaced[:, held]])
+        wrong = np.abs(wrong).max(axis=1) / np.abs(slips).max(axis=1)
+        displaced /= np.linalg.norm(displaced, axis=1)[:, None]
+        ends = np.array([nodes[0], *(part.state for part in passed)]) / self.scales
+        moved = np.abs(displaced @ np.diff(ends, axis=0).T).sum(axis=1)
+        both = np.array([own >= {*WAYS} for own in ways.values()])
+        rests = (wrong < SLIPS) & (moved < np.where(both, LITTLE, SLIPS))
+        if not rests.any():
+            return None
+        displaced, weights = displaced[rests], np.where(both, 1 / LITTLE, 0.0)[rests]
+        contacts = np.array([*ways])[rests].tolist()
+        return _Resting(contacts, displaced, np.linalg.pinv(displaced), weights)
+
+    def _placed(
+        self, rest: _Resting, nodes: Array, constants: Constants, missed: Array
+    ) -> tuple[Array, list[Least | None], Array]:
+        """Return the mismatch with the distances of contacts from where they are to rest.
+
+        Also where friction has least left, forth and back in turn, None of contacts that slip so,
+        and its size. Shapes: nodes, missed (1, n); returns (1, n), 2 k of them, (k,).
+        """
+        system = self.switched.system(nodes[0], constants, energies=False)
+        passed, flow = [part for part, _ in self.round(nodes, constants)], self.switched
+        state = system.held(passed[0].mode, nodes[0], passed[0].begin)
+        nearest = dict[tuple[int, Status], tuple[Least, Array, int]]()
+        for number, part in enumerate(passed):
+            mode, count = part.reported_mode, int(SAMPLES * (part.end - part.begin)) + 2
+            phases = np.linspace(part.begin, part.end, count)
+            if part.end > part.begin:
+                states = flow.of(mode).along(state[None], phases[None], constants)[0]
+                for event in flow.mode(mode).events:
+                    if event.ending is Ending.YIELDS and event.which in rest.contacts:
+                        margin = EventMargin(flow, mode, event, constants)
+                        values, key = margin.values(states, phases), (event.which, event.towards)
+                        at = int(values.argmin())
+                        if key not in nearest or values[at] < nearest[key][0].value:
+                            found = float(values[at]), margin, number, state, float(phases[at])
+                            nearest[key] = Least(*found), phases, at
+            state = part.state
+        slips = {(which, part.reported_mode[which]) for part in passed for which in rest.contacts}
+        ways = [(which, way) for which in rest.contacts for way in WAYS]
+        least = [None if way in slips else least_near(*nearest[way]) for way in ways]
+        left = np.array([0.0 if one is None else one.value for one in least])
+        sizes = 1 / system.weights[len(system.places) :][rest.contacts]
+        offsets = (left[::2] - left[1::2]) / sizes + rest.weights * (rest.displaced @ missed[0])
+        return missed + rest.states @ offsets, least, sizes
 
     def piece(self, nodes: Array, constants: Constants) -> Piece:
         """Return the modes of the contacts in their order over the period, wherever it starts.
@@ -108,17 +246,16 @@ class SwitchedShooting(Shooting):
         return found
 
     def rests(self, nodes: Array, constants: Constants) -> str | None:
-        """Say that a contact sticks for good at any place, None if none does.
+        """Say that a contact in the plane sticks for good at any place, None if none does.
 
-        One that slips one way only, on a surface at rest, creeps to rest. Shapes: nodes (m, n).
+        Shapes: nodes (m, n).
         """
-        modes, flow = [mode for *_, mode in self.spans(nodes, constants)], self.switched
-        plate = flow.quantities.at(nodes[0], float(self.start[0]), constants).plate
-        for which, contact in enumerate(flow.contacts):
-            ways, moves = {mode[which] for mode in modes}, any(plate[flow.quantities.places[which]])
-            creeps = ways < {Status.STICK, Status.FORTH, Status.BACK} and len(contact.slip) == 1
-            if Status.STICK in ways and (len(ways) == 1 or (creeps and not moves)):
-                _, blocks, _ = self.propagate(nodes, self.start, self.end, constants)
+        modes = [mode for *_, mode in self.spans(nodes, constants)]
+        rest = self._resting(nodes, constants)
+        for which, contact in enumerate(self.switched.contacts):
+            known = rest is not None and which in rest.contacts
+            if not known and modes and all(mode[which] is Status.STICK for mode in modes):
+                _, blocks, _ = self.transitions(nodes, constants)
                 if np.abs(np.linalg.eigvals(blocks[0]) - 1).min() < NEUTRAL:
                     name = "" if contact.name == "contact" else f" {contact.name}"
                     return RESTING.format(name=name, model=self.model.name)

@@ -21,6 +21,7 @@ from slipfold.flow.release import at_rest
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
+from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.results.checks.checked import CHECKS
 from slipfold.results.checks.orbit_difference import Difference
 
@@ -165,8 +166,11 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
             column, bend = (more - less) / scales, (more + less - 2 * arrived) / scales
             if not order == first == second or np.abs(bend).max() > CHECKS.aside:
                 return None
-            columns.append(column / (2 * step))
-        return np.transpose(columns)
+            columns.append(column)
+        matrix = np.transpose(columns) / (2 * step)
+        by = SwitchedShooting(model, {}, orbit.period)
+        settled = by.settled(matrix[None], orbit.state[None], system.constants)
+        return matrix if settled is None else settled[0]
 
     matrix = differenced(CHECKS.coarse)
     if matrix is None:
