@@ -196,7 +196,7 @@ SPECIAL = (
     Column("images", WHOLE, "branches that are not followed, as images of others", "", record=True,
            head=None, when="images"),
     Column("rare", WHOLE, "branches found from few of the directions tried", "",
-           record=True, head=None, when="images"),
+           record=True, head=None, when="rare"),
     *(
         Column(f"extrema.{which}", REAL, f"{which} over the continuous orbit", None, ("output",),
                get=partial(lambda which, point: getattr(point.orbit.extrema, which)[0], which),
@@ -227,7 +227,8 @@ OPTIONAL = {
     "measured": {"measured"},
     "sticks": {"stuck_fraction", "special_stuck_fraction"},
     "gradients": {"special_gradients", "by_parameter"},
-    "images": {"special_images", "special_rare"},
+    "images": {"special_images"},
+    "rare": {"special_rare"},
 }
 """Variables that only some files have."""
 
@@ -321,7 +322,8 @@ def _parts(curves: Sequence[Any]) -> set[str]:
         "measured": any(getattr(curve, "quantity", "") for curve in curves),
         "sticks": any(curve.stuck_fraction is not None for curve in curves),
         "gradients": any(getattr(point, "gradients", None) is not None for point in points),
-        "images": any(getattr(p, "images", 0) or getattr(p, "rare", 0) for p in points),
+        "images": any(getattr(point, "images", 0) for point in points),
+        "rare": any(getattr(point, "rare", 0) for point in points),
     }
     return {part for part, there in known.items() if there}
 
