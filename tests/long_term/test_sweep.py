@@ -34,10 +34,8 @@ def test_extremes_are_those_of_the_orbit(hysteresis):
 
 
 def test_of_a_torus_each_period_is_a_dot():
-    torus = sf.sweep(
-        OSCILLATOR, "Nd", (0.16, 0.1601), points=2, starts=0, runs=("up",), f=12.5,
-        state={"y": 0.1}, periods=24,
-    )  # fmt: skip
+    own = {"state": {"y": 0.1}, "f": 12.5, "runs": ("up",), "starts": 0, "periods": 24}
+    torus = sf.sweep(OSCILLATOR, "Nd", (0.16, 0.1601), points=2, **own)
     assert torus.repeats("up").tolist() == [0, 0]
     _, states = dots_of(torus, 0, "x", "stroboscopic")
     _, high = dots_of(torus, 0, "x", "max")
@@ -80,10 +78,13 @@ def test_motions_that_stick_are_marked():
     assert found.stuck.tolist() == [[False, True]] * 3
 
 
-def test_starts_are_of_the_size_of_motions_in_any_unit():
-    tiny = sf.built_in_models()["duffing"](F=1e-9, g=0)
-    found = sf.sweep(tiny, "W", (0.4, 0.5), points=2, starts=4, runs=(), transient=0, periods=2)
-    assert np.abs(found.states).max() < 1e-6
+def test_starts_are_of_the_size_of_motions_at_a_value_that_is_sampled():
+    tiny = sf.System(
+        parameters={"a": 1, "W": 1}, forcing={"period": "2*pi/W"},
+        states={"q": "v", "v": "1e-9*cos(W*t) - v - sqrt(a^2 - 0.5)*q"},  # none at a = 0
+    )  # fmt: skip
+    found = sf.sweep(tiny, "a", (-1, 1), points=2, starts=4, runs=(), transient=0, periods=2)
+    assert 0 < np.abs(found.states).max() < 1e-6
 
 
 def test_an_interrupt_keeps_what_is_done():

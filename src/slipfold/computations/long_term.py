@@ -420,8 +420,8 @@ def sweep(
     if isinstance(runs, str) or not {UP, DOWN}.issuperset(runs):
         raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
     directions = tuple(name for name in (UP, DOWN) if name in runs)
-    middle = measured(changed.replace(**{vary: float(values.mean())}))
-    _, states = checked_starts(middle, box, starts, seed)
+    at = changed.replace(**{vary: float(values[len(values) // 2])})
+    _, states = checked_starts(measured(at) if starts and box is None else at, box, starts, seed)
     if not directions and not len(states):
         raise InputError("neither a sweep nor a start is requested; give runs or starts")
     started = perf_counter()
