@@ -8,6 +8,7 @@ import slipfold as sf
 import slipfold.bifurcations.branches.settings
 from helpers.duffing_text import TEXT
 from slipfold import InputError
+from slipfold.errors import refusal
 
 OF_TEXT = {
     "unknown name": ("force - ", "farce - ", "farce - 0.05", ["'farce'", "did you mean force?"]),
@@ -20,7 +21,7 @@ OF_TEXT = {
     "grammar": ("0.05*v", "0.05 v", "v - stiff*q", ["for a product write 0.05*v"]),
     "degrees": (
         '}\n[formulas]\ncubic = "g*', ', unit = "deg" }\n[formulas]\ncubic = "sin(2*g + g/3)*',
-        "g/3)*q",
+        "g + g/3)*q",
         ["sin takes radians, but g is in deg"],
     ),
     "Euler": ("0.05*v", "e*v", "e*v - stiff*", ["write exp(1) for Euler's number"]),
@@ -109,6 +110,21 @@ def test_errors_point_at_the_place(name):
     line, column = map(int, re.match(r"line (\d+), column (\d+): ", sentence).groups())
     assert text.splitlines()[line - 1][column - 1 :].startswith(position)
     assert excerpt.startswith(f"{line:>4} | ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "taken"),
+    [
+        (("a", "10*a", "a/10", "0.05*a", "2*((a))", "a + b", "W*t + a", "twice", "twice/3"), False),
+        (("a*pi/180", "b + a/9/6.3662", "2*a*0.01745 - W*t", "twice*pi/180", "k*a", "b"), True),
+    ],
+)
+def test_angles_in_degrees_need_a_factor(arguments, taken):
+    given = {"a": {"value": 30, "unit": "deg"}, "b": {"value": 0.3, "unit": "rad"}, "k": 1, "W": 1}
+    rest = {"formulas": {"twice": "2*a"}, "forcing": {"period": "2*pi/W"}}
+    for argument in arguments:
+        why = refusal(sf.System, parameters=given, states={"q": f"cos({argument})"}, **rest)
+        assert not why if taken else "cos takes radians, but a is in deg" in why, argument
 
 
 def test_a_formula_made_in_python_is_shown():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +14,15 @@ from slipfold.errors import InputError, suggest
 from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.system_file import ContactTable, SystemFile, write_system
 from slipfold.models.formulas.functions import CONSTANTS, TIME
-from slipfold.models.formulas.grammar import FormulaError, Name, Tree, names_in, parse_formula
+from slipfold.models.formulas.grammar import (
+    Call,
+    FormulaError,
+    Name,
+    Tree,
+    fold,
+    names_in,
+    parse_formula,
+)
 from slipfold.models.formulas.values import PHASE, CoefficientFinder, as_symbol, value_of
 from slipfold.models.friction.contact import Contact, friction_name, normal_name
 from slipfold.models.friction.law import ContactState, FrictionLaw
@@ -350,24 +358,17 @@ class _Formulas:
             "the forces in contacts": forces,
         }
         self.trees: dict[Keys, Tree] = {}
-        units = {name: item.unit for name, item in definition.parameters.items()}
-        units |= {name: item.unit for name, item in definition.states.items()}
-        degrees = "|".join(name for name in units if units[name] in ("deg", "°")) or "(?!)"
         for path, text in texts.items():
             try:
-                # Multiples and sums of angles, without a factor such as pi/180
-                number, name = r"(?:[1-9](?:\.\d+)?|0\.[1-9]\d*)", rf"\b({degrees})\b"
-                whole = rf"(?:[-+*/\s]|\b{number}\b|\b(?:{degrees})\b)*"
-                if wrong := re.search(rf"\b(sin|cos|tan)\({whole}{name}{whole}\)", text):
-                    what = f"{wrong[1]} takes radians, but {wrong[2]} is in deg; give it the unit "
-                    advice = 'rad, and its value as in "30 deg"'
-                    raise FormulaError(what + advice, wrong.start(2), len(wrong[2]))
                 self.trees[path] = parse_formula(text)
                 self._look_up(path)
             except FormulaError as error:
                 raise self.error(path, error) from None
         named = {name: self.trees[("formulas", name)] for name in definition.formulas}
         self.named = _ordered(named, source)  # each after those that it uses
+        units = {name: item.unit for name, item in definition.parameters.items()}
+        units |= {name: item.unit for name, item in definition.states.items()}
+        self._check_angles([name for name in units if units[name] in ("deg", "°")])
         self.constant = self._of_parameters_alone()
         if PERIOD in self.trees:
             self._check_constant("the forcing period", PERIOD)
@@ -402,6 +403,36 @@ class _Formulas:
         known = ", ".join(f"{what} {listed(names)}" for what, names in groups.items() if names)
         near = suggest(name, [each for names in self._known.values() for each in names])
         return f"there is no name {name[:80]!r}; {hint.get(name, '') or near}known are {known}"
+
+    def _check_angles(self, angles: list[str]) -> None:
+        """Refuse the sine of an angle in degrees, unless it has a factor such as pi/180."""
+        if not angles:
+            return
+        used = {name for tree in self.trees.values() for name in names_in(tree)}
+        values: dict[str, Expression] = {name: hy.expression(name) for name in used.union(angles)}
+        values |= CONSTANTS
+        for name, tree in self.named.items():
+            values[name] = value_of(tree, values)
+
+        def check(node: Tree, _: tuple[None, ...]) -> None:
+            if not isinstance(node, Call) or node.function not in ("sin", "cos", "tan"):
+                return
+            argument = as_symbol(value_of(node.arguments[0], values))
+            for name in angles:
+                factor = hy.diff(argument, values[name])
+                if not hy.get_variables(factor) and not _converts(float(str(factor))):
+                    what = f"{node.function} takes radians, but {name} is in deg; give it the unit "
+                    advice = 'rad, and its value as in "30 deg"'
+                    word, place = node.function, node.position  # the angle is behind a formula
+                    if name in (known := names_in(node)):
+                        word, place = name, known[name]
+                    raise FormulaError(what + advice, place, len(word))
+
+        for path, tree in self.trees.items():
+            try:
+                fold(tree, check)
+            except FormulaError as error:
+                raise self.error(path, error) from None
 
     def _of_parameters_alone(self) -> frozenset[str]:
         constant: set[str] = set()
@@ -442,6 +473,12 @@ class _Formulas:
                         "write it in states and parameters"
                     )
                     raise self.error(path, FormulaError(message, position, len(name)))
+
+
+def _converts(factor: float) -> bool:
+    """Whether a factor is pi/180, or up to nine times as large or small, within a hundredth."""
+    times = abs(factor) * 180 / math.pi or 1.0  # nothing depends on the angle if it is zero
+    return any(abs(max(times, 1 / times) / whole - 1) < 0.01 for whole in range(1, 10))
 
 
 def _ordered(trees: Mapping[str, Tree], source: Source) -> dict[str, Tree]:
