@@ -1,12 +1,13 @@
-"""Files written whole or not at all."""
+"""Files written whole or not at all, and not over what a command reads."""
 
 from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from slipfold.errors import InputError
@@ -17,9 +18,28 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 NETCDF = (".nc", ".nc4", ".h5", ".hdf5")
 """Suffixes of netCDF-4 files."""
 
+_OUTPUTS: ContextVar[set[str]] = ContextVar("the files that a command is to write")
+
+
+@contextmanager
+def inputs_kept() -> Iterator[None]:
+    """Have `to_read` refuse the files that `check_writable` was asked about within."""
+    token = _OUTPUTS.set(set())
+    try:
+        yield
+    finally:
+        _OUTPUTS.reset(token)
+
+
+def to_read(path: str | Path) -> Path:
+    """Return the path of a file that is now read, which must not be one to be written."""
+    if os.path.exists(path) and os.path.realpath(path) in _OUTPUTS.get(set()):
+        raise InputError(f"{path} is read as input; give the result another name")
+    return Path(path)
+
 
 def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
-    """Make sure before a long computation that its result can be written.
+    """Make sure before a long computation that its result can be written, and over no input.
 
     A name with a suffix must have one of `suffixes`, if there are any.
     """
@@ -47,6 +67,7 @@ def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
         trial.unlink()
     except OSError as error:
         raise InputError(_cannot_write(path, error)) from error
+    _OUTPUTS.get(set()).add(str(target))
 
 
 def write_file(path: str | Path, content: bytes) -> None:
@@ -92,7 +113,7 @@ def _check_replaceable(path: str | Path, target: Path) -> None:
 
 
 def _beside(target: Path) -> Path:
-    return target.with_name(f".{target.name[:64]}.{secrets.token_hex(6)}.part")
+    return target.with_name(f".{target.name[:64]}.{os.urandom(6).hex()}.part")
 
 
 def _is_special(target: Path) -> bool:

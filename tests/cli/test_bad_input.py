@@ -3,6 +3,7 @@
 import importlib
 import os
 from functools import wraps
+from pathlib import Path
 
 import pytest
 
@@ -120,10 +121,33 @@ def test_places_are_checked_before_computing(command, name, option, tmp_path, mo
     assert sorted(os.listdir(tmp_path)) == ["file", "folder.png", "kept.png"]
 
 
-def test_one_file_for_two_outputs_or_for_what_is_read(tmp_path):
-    path = str(tmp_path / "x.toml")
-    assert_refused(run(*RESPONSE, "--json", path, "--csv", path), "given for two files")
-    assert_refused(run("simulate", path, "--json", path), "given for two files")
+def test_one_file_for_two_outputs(tmp_path):
+    path = str(tmp_path / "x")
+    assert_refused(run(*RESPONSE, "--out", path, "--csv", path), "given for two outputs")
+
+
+INPUTS = {
+    "K.mtx": "%%MatrixMarket matrix array real general\n1 1\n4\n",
+    "own.toml": 'structure = { names = "x", M = [[1]], K = "K.mtx" }\n'
+    'forcing = [{ type = "HarmonicForce", at = "x" }]',
+    "case.toml": 'model = "own.toml"\ncompute.what = "lyapunov"\ncases.grid.F = [1, 2]',
+    "data.csv": "F [N], max x [m]\n1, 0.2\n",
+}
+
+
+def test_what_a_command_reads_is_not_written_over(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, text in INPUTS.items():
+        Path(name).write_text(text)
+    for command, names in {
+        ("locus", "own.toml", "--vary", "F=1:2", "--vary", "f=1:2"): ("own.toml", "K.mtx"),
+        ("study", "case.toml"): ("case.toml", "own.toml", "K.mtx"),
+        ("fit", "own.toml", "data.csv", "--fit", "F=1:2"): ("data.csv", "K.mtx"),
+    }.items():
+        for name in names:
+            assert_refused(run(*command, "--json", name), f"{name} is read as input; give")
+    assert {name: Path(name).read_text() for name in os.listdir()} == INPUTS
+    assert run("simulate", "duffing", "--periods", "1", "--json", "duffing").exit_code == 0
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")

@@ -22,7 +22,7 @@ from slipfold.models.units import units_of
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, number_text
-from slipfold.writing import write_file
+from slipfold.writing import to_read, write_file
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What of an output is measured over a period, as diagrams draw it."""
@@ -177,7 +177,7 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
         The model whose parameter and outputs it names.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        text = to_read(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is no text"
         raise InputError(f"{path} cannot be read: {reason}; give a file of text") from error

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.writing import to_read
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
@@ -135,7 +136,7 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
 def read_netcdf(path: str | Path) -> LabeledTable:
     """Read a netCDF-4 file."""
     try:
-        content = Path(path).read_bytes()
+        content = to_read(path).read_bytes()
     except OSError as error:
         why = (error.strerror or str(error)).lower()
         raise InputError(

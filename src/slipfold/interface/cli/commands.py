@@ -31,6 +31,7 @@ from slipfold.interface.cli.reading import (
 from slipfold.interface.cli.running import Outputs, exit_statuses
 from slipfold.options import Box, Search
 from slipfold.progress import Observer
+from slipfold.writing import inputs_kept
 
 REQUIRED = inspect.Parameter.empty
 
@@ -88,6 +89,7 @@ class Program:
         self.__annotations__ = {item.name: item.annotation for item in options}
         self.__signature__ = inspect.Signature(options)
 
+    @inputs_kept()
     def __call__(self, **texts: Any) -> Any:
         """Read the texts, call the function, and return the exit status."""
         values: dict[str, Any] = {}
@@ -431,9 +433,7 @@ READERS: Mapping[str, Reader] = {
     ),
     "outputs": Reader(
         FILES,
-        lambda texts, _: {
-            "outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked(texts)
-        },
+        lambda texts, _: {"outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked()},
     ),
 }
 """Readers of arguments by their names, where an option alone does not say how to read them."""

@@ -82,7 +82,7 @@ class MeasurementFile(Outputs):
 
 MEASUREMENT_FILE = Reader(
     optional(csv=Option("Write the measurements there, else they are printed.", metavar="FILE")),
-    lambda texts, _: {"outputs": MeasurementFile(csv=texts["csv"]).checked(texts)},
+    lambda texts, _: {"outputs": MeasurementFile(csv=texts["csv"]).checked()},
 )
 
 
@@ -108,7 +108,7 @@ class PlanFiles(Outputs):
 
 def _read_plan_files(texts: Any, values: Any) -> dict[str, Any]:
     best = None if texts["best"] is None else parse_whole(texts["best"], "--best")
-    return {"outputs": PlanFiles(texts["json"], texts["out"], texts["csv"], best).checked(texts)}
+    return {"outputs": PlanFiles(texts["json"], texts["out"], texts["csv"], best).checked()}
 
 
 PLAN_FILES = Reader(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import monotonic
@@ -135,20 +135,19 @@ class Outputs:
             return "finished results are printed; --out FILE.nc would keep it"
         return f"finished results are in {' and '.join(map(str, files))}"
 
-    def checked(self, texts: Mapping[str, Any]) -> Self:
-        """Return them, made sure that all files can be written and that none of them is read."""
+    def checked(self) -> Self:
+        """Return them, made sure before computing that all files can be written."""
         from slipfold.writing import NETCDF, check_writable
 
         paths = [path for path in (self.out, self.csv) if path is not None]
         if self.json not in (None, "-"):
             paths.append(str(self.json))
-        read = [texts[name] for name in texts if name not in ("json", "out", "csv")]
-        seen = {os.path.realpath(text) for text in read if isinstance(text, str)}
+        seen: set[str] = set()
         for path in paths:
             check_writable(path, NETCDF if path == self.out else ())
             real = os.path.realpath(path)
             if real in seen and os.path.isfile(real) | (not os.path.exists(real)):
-                raise InputError(f"{path} is given for two files; give each a file of its own")
+                raise InputError(f"{path} is given for two outputs; give each a file of its own")
             seen.add(real)
         return self
 

@@ -70,7 +70,7 @@ def study(
             f"--out {file} would be netCDF all the same; give a name that ends in .nc (in Python "
             "to_xarray().to_zarr of the result writes zarr)"
         )
-    outputs = Outputs(files.json, file, files.csv).checked({"case": case})
+    outputs = Outputs(files.json, file, files.csv).checked()
     store = Path(file).with_suffix(".study")
     with live_line() as show, deferred_interrupts() as check_interrupt:
         result = compute(

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from slipfold.errors import InputError
 from slipfold.models.definitions.tables import WrongEntry
 from slipfold.models.formulas.grammar import BOUNDS, FormulaError
+from slipfold.writing import to_read
 
 T = TypeVar("T")
 
@@ -196,6 +197,7 @@ def _excerpt(line: str, column: int, length: int, margin: str) -> str:
 
 def source_of_file(path: Path, wanted: str = "the path of a TOML file") -> Source:
     """Read a TOML file; messages ask for `wanted` if it cannot be read."""
+    path = to_read(path)
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipfold.errors import InputError
 from slipfold.text import listed
+from slipfold.writing import to_read
 
 
 def read_matrix(path: Path, name: str) -> Any:
@@ -44,7 +45,7 @@ def read_matrix(path: Path, name: str) -> Any:
 
 
 def _require_file(path: Path, what: str) -> None:
-    if not path.is_file():
+    if not to_read(path).is_file():
         raise InputError(f"{path} does not exist or is not a file; give the path of {what}")
 
 

@@ -16,7 +16,7 @@ from slipfold.models.structures.component import brief, is_whole
 from slipfold.models.structures.matrix_files import csv_table, node_name
 from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
-from slipfold.writing import write_file
+from slipfold.writing import to_read, write_file
 
 
 class CellKind(NamedTuple):
@@ -153,7 +153,7 @@ class Mesh(OneLine):
         directions
             As of the class.
         """
-        path = Path(path)
+        path = to_read(path)
         if path.suffix.lower() != ".csv":
             return _by_meshio(path, directions)
         rows = _table(path, ("node", "x", "y"))
