@@ -61,9 +61,8 @@ def land(locus: sf.Locus, frequency: float) -> tuple[float, float]:
     orbits = ForcedOrbits(locus.model, vary, locus.period)
     problem = LocusEquations(orbits, locus.type)
     nearest = int(np.abs(locus.values[:, 0] - frequency).argmin())
-    guess = orbits.pack(
-        locus.nodes[nearest], np.array([frequency, float(locus.values[nearest, 1])])
-    )
+    values = np.array([frequency, float(locus.values[nearest, 1])])
+    guess = orbits.join(locus.nodes[nearest], values)
     row = np.zeros_like(guess)
     row[-2] = 1.0
     corrected = correct(problem, guess, row)
