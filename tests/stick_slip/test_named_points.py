@@ -1,6 +1,7 @@
 """STICK, LIFT and MEET on branches, where closed forms place them, from both sides and passed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy.optimize import brentq, fsolve
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, most_load, shaken_across
+from slipfold.results.checks.switched import switched_difference
 
 SINGLE = sf.Settings(largest_period=1)
 MU = 0.2
@@ -93,6 +95,28 @@ def test_a_mass_that_friction_holds_all_the_time_is_a_fixed_one():
     pulls = 0.4 * fixed.sample(4096)[1][:, 0] + np.cos(2 * np.pi * np.arange(4096) / 4096)
     assert (branch.special[0].type, branch.stopped.kind) == ("GRAZE", "span")
     assert branch.special[0].value == pytest.approx(np.abs(pulls).max() / MU, abs=1e-5)
+
+
+@pytest.mark.parametrize(("load", "damping"), [(8.0, 0.05), (6.5, 0.05), rarely(9.0, 0.02)])
+def test_a_mass_rests_in_the_middle_wherever_the_phase_begins(load, damping):
+    # Only x is forced, so y rests at zero until the spring's pull is all that friction can be.
+    contact = sf.FrictionContact("y", sf.Coulomb(mu_k=MU), load=load, Vd=0.0)
+    force, stiffness = sf.HarmonicForce("x", F=1.0), np.array([[1.4, -0.4], [-0.4, 1.4]])
+    given = {"names": ("x", "y"), "contacts": (contact,), "forcing": force}
+    model = sf.Structure(np.eye(2), damping * np.eye(2), stiffness, **given)
+    rate = brentq(lambda w: math.hypot(1.4 - w * w, damping * w) - 0.4 / (MU * load), 0.5, 1.15)
+    for phase in (0.0, 1.0):
+        start = model.replace(f=0.05, phi=phase)
+        (branch,) = sf.response(start, "f", (0.05, 0.175), settings=SINGLE).branches
+        (point,) = branch.special
+        assert (point.type, branch.stopped.kind) == ("GRAZE", "span")
+        assert point.value == pytest.approx(rate / (2 * math.pi), abs=1e-11)
+        sticks = branch.parameter < point.value
+        assert branch.nodes[sticks, 0, 1] == pytest.approx(0, abs=1e-11)
+    orbit = sf.periodic_orbit(start)
+    assert switched_difference(orbit).excess < 1
+    beside = replace(orbit, nodes=orbit.nodes + 1e-7 * np.array([0, 1, 0, 0]))
+    assert switched_difference(beside).excess > 1
 
 
 @pytest.mark.long

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -42,12 +43,12 @@ RESTING = (
 SAMPLES = 256
 """Samples a phase at which the friction that is left is looked at first."""
 
-SLIPS = 1e-9
-"""Displacement in scaled states, of several residuals, up to which a contact does not slip."""
+ALONE = 1e-9
+"""Error of rates, as a fraction, up to which a displacement moves a contact alone."""
 
 LITTLE = 1e-4
-"""The same of one that slips forth and back, below which residuals leave open where: what it comes
-back by has one over this as weight."""
+"""Slip in scaled states below which residuals leave open where a contact rests: what it comes back
+by has one over this as weight."""
 
 WAYS = (Status.FORTH, Status.BACK)
 
@@ -63,19 +64,41 @@ def in_turn(found: list[Mode]) -> tuple[Mode, ...]:
     return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
 
 
-class _Resting(NamedTuple):
+class Resting(NamedTuple):
     """Contacts along lines that stick throughout a period, and come back after it.
 
     Each may rest anywhere in a range: its displacement is an unknown without an equation. The one
     in the middle of the range is taken, where friction has as much left in either direction: where
-    the contact begins to slip the range is a point. Slip one way that residuals cannot tell from
-    none leads there too.
+    the contact begins to slip the range is a point. With one sign, what a contact comes back by and
+    where it has less left vanish together only there, not where it slips one way alone.
     """
 
     contacts: list[int]
     displaced: Array  # derivatives of their displacements by scaled states, shape (k, n)
     states: Array  # what displaces each alone, shape (n, k)
     weights: Array  # of what contacts come back by, zero of those that do not slip, shape (k,)
+
+    def left(self, blocks: Array) -> Array:
+        """Return what perturbations become that leave contacts where they rest."""
+        held = self.weights == 0
+        return np.asarray(blocks - self.states[:, held] @ (self.displaced[held] @ blocks))
+
+
+def _lowest(values: Array) -> NDArray[np.bool_]:
+    """Return which values none beside them is below."""
+    falls = np.diff(values, prepend=np.inf, append=np.inf)
+    return (falls[:-1] <= 0) & (falls[1:] >= 0)
+
+
+def _least(near: list[tuple[float, Least, Array, int]], size: float) -> Least:
+    """Return the least of margins near their smallest samples, each with what it may fall to."""
+    result = None
+    for below, sampled, phases, at in sorted(near, key=lambda item: item[0]):
+        if result is None or below < result.value - CONTACT.slack * size:
+            found = least_near(sampled, phases, at)
+            result = found if result is None or found.value < result.value else result
+    assert result is not None
+    return result
 
 
 class SwitchedShooting(Shooting):
@@ -106,13 +129,13 @@ class SwitchedShooting(Shooting):
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much the orbit misses its beginning, and contacts where they may rest."""
-        missed, rest = super().mismatch(nodes, constants), self._resting(nodes, constants)
+        missed, rest = super().mismatch(nodes, constants), self.resting(nodes, constants)
         return missed if rest is None else self._placed(rest, nodes, constants, missed)[0]
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the same with derivatives, all in scaled states."""
         missed, blocks, along = super().transitions(nodes, constants)
-        rest = self._resting(nodes, constants)
+        rest = self.resting(nodes, constants)
         if rest is None:
             return missed, blocks, along
         passed, directions = self.round(nodes, constants), constants.rates[:, self.indices]
@@ -125,20 +148,20 @@ class SwitchedShooting(Shooting):
         for row, one in enumerate(least):
             if one is not None:
                 slopes[row] = one.slopes(linearized, passed[one.part][0], directions)
-        slopes = (slopes[::2] - slopes[1::2]) * [*self.scales, *self.units] / sizes[:, None]
+        slopes = (slopes[1::2] - slopes[::2]) * [*self.scales, *self.units] / sizes[:, None]
         slopes = rest.states @ (slopes + weights * (rest.displaced @ ends))
         return missed, blocks + slopes[:, :n], along + slopes[:, n:]
 
     def settled(self, blocks: Array, nodes: Array, constants: Constants) -> Array | None:
         """Return what perturbations become that leave contacts where they rest."""
-        rest = self._resting(nodes, constants)
+        rest = self.resting(nodes, constants)
         if rest is None:
             return None
         own, weights = rest.displaced @ blocks, rest.weights[:, None]
         left = np.where(weights > 0, (own + weights * rest.displaced) / (1 + weights), 0.0)
         return np.asarray(blocks + rest.states @ (left - own))
 
-    def _resting(self, nodes: Array, constants: Constants) -> _Resting | None:
+    def resting(self, nodes: Array, constants: Constants) -> Resting | None:
         """Return contacts along lines that stick throughout the period, or nearly so.
 
         Their displacements have slip as the rate, and are not what friction changes at once.
@@ -169,16 +192,16 @@ class SwitchedShooting(Shooting):
         displaced /= np.linalg.norm(displaced, axis=1)[:, None]
         ends = np.array([nodes[0], *(part.state for part in passed)]) / self.scales
         moved = np.abs(displaced @ np.diff(ends, axis=0).T).sum(axis=1)
-        both = np.array([own >= {*WAYS} for own in ways.values()])
-        rests = (wrong < SLIPS) & (moved < np.where(both, LITTLE, SLIPS))
+        slip = np.array([own != stuck for own in ways.values()])
+        rests = (wrong < ALONE) & (moved < LITTLE)
         if not rests.any():
             return None
-        displaced, weights = displaced[rests], np.where(both, 1 / LITTLE, 0.0)[rests]
+        displaced, weights = displaced[rests], np.where(slip, 1 / LITTLE, 0.0)[rests]
         contacts = np.array([*ways])[rests].tolist()
-        return _Resting(contacts, displaced, np.linalg.pinv(displaced), weights)
+        return Resting(contacts, displaced, np.linalg.pinv(displaced), weights)
 
     def _placed(
-        self, rest: _Resting, nodes: Array, constants: Constants, missed: Array
+        self, rest: Resting, nodes: Array, constants: Constants, missed: Array
     ) -> tuple[Array, list[Least | None], Array]:
         """Return the mismatch with the distances of contacts from where they are to rest.
 
@@ -188,27 +211,31 @@ class SwitchedShooting(Shooting):
         system = self.switched.system(nodes[0], constants, energies=False)
         passed, flow = [part for part, _ in self.round(nodes, constants)], self.switched
         state = system.held(passed[0].mode, nodes[0], passed[0].begin)
-        nearest = dict[tuple[int, Status], tuple[Least, Array, int]]()
+        near = defaultdict[tuple[int, Status], list[tuple[float, Least, Array, int]]](list)
         for number, part in enumerate(passed):
-            mode, count = part.reported_mode, int(SAMPLES * (part.end - part.begin)) + 2
+            mode, count = part.reported_mode, int(SAMPLES * (part.end - part.begin)) + 3
             phases = np.linspace(part.begin, part.end, count)
             if part.end > part.begin:
                 states = flow.of(mode).along(state[None], phases[None], constants)[0]
                 for event in flow.mode(mode).events:
                     if event.ending is Ending.YIELDS and event.which in rest.contacts:
                         margin = EventMargin(flow, mode, event, constants)
-                        values, key = margin.values(states, phases), (event.which, event.towards)
-                        at = int(values.argmin())
-                        if key not in nearest or values[at] < nearest[key][0].value:
+                        values = margin.values(states, phases)
+                        below = values - np.abs(np.diff(values, 2)).max() / 4
+                        for at in np.flatnonzero(_lowest(values)):
                             found = float(values[at]), margin, number, state, float(phases[at])
-                            nearest[key] = Least(*found), phases, at
+                            item = float(below[at]), Least(*found), phases, int(at)
+                            near[event.which, event.towards].append(item)
             state = part.state
         slips = {(which, part.reported_mode[which]) for part in passed for which in rest.contacts}
         ways = [(which, way) for which in rest.contacts for way in WAYS]
-        least = [None if way in slips else least_near(*nearest[way]) for way in ways]
-        left = np.array([0.0 if one is None else one.value for one in least])
         sizes = 1 / system.weights[len(system.places) :][rest.contacts]
-        offsets = (left[::2] - left[1::2]) / sizes + rest.weights * (rest.displaced @ missed[0])
+        least = [
+            None if way in slips else _least(near[way], size)
+            for way, size in zip(ways, sizes.repeat(2), strict=True)
+        ]
+        left = np.array([0.0 if one is None else one.value for one in least])
+        offsets = (left[1::2] - left[::2]) / sizes + rest.weights * (rest.displaced @ missed[0])
         return missed + rest.states @ offsets, least, sizes
 
     def piece(self, nodes: Array, constants: Constants) -> Piece:
@@ -251,7 +278,7 @@ class SwitchedShooting(Shooting):
         Shapes: nodes (m, n).
         """
         modes = [mode for *_, mode in self.spans(nodes, constants)]
-        rest = self._resting(nodes, constants)
+        rest = self.resting(nodes, constants)
         for which, contact in enumerate(self.switched.contacts):
             known = rest is not None and which in rest.contacts
             if not known and modes and all(mode[which] is Status.STICK for mode in modes):

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Collection, Iterable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from slipfold.flow.contact_state import ContactsNow, Instant
 from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
+from slipfold.flow.linearized_trajectory import EventMargin
 from slipfold.flow.modes import Ending, Mode, Status, reported_mode
 from slipfold.flow.release import at_rest
 from slipfold.models.angles import wrap_angles
@@ -134,6 +137,39 @@ def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
     return 0.0
 
 
+def _off_the_middle(
+    system: HybridSystem, parts: Iterable[SmoothPhase], contacts: Collection[int]
+) -> float:
+    """Return how much more friction contacts have left one way than the other, at worst."""
+    left = defaultdict[tuple[int, Status], list[float]](list)
+    for part in parts:
+        if part.polynomials is not None and part.end > part.begin:
+            for event in system.flow.mode(part.reported_mode).events:
+                if event.ending is Ending.YIELDS and event.which in contacts:
+                    margin = EventMargin(system.flow, part.reported_mode, event, system.constants)
+                    left[event.which, event.towards].append(_least(margin, part))
+    weights, count = system.weights, len(system.places)
+    return max(
+        abs(min(left[which, Status.FORTH]) - min(left[which, Status.BACK])) * weights[count + which]
+        for which in contacts
+    )
+
+
+def _least(margin: EventMargin, part: SmoothPhase) -> float:
+    """Return the least value of a margin, searched for in pieces: equal ones hide no less one."""
+    assert part.polynomials is not None
+    bounds, result = np.linspace(part.begin, part.end, 10), math.inf
+    for near in pairwise(bounds):
+        for _ in range(5):
+            phases = np.linspace(*near, 33)
+            states = part.polynomials(phases)[:, : len(part.state)] * margin.constants.scales
+            values = margin.values(states, phases)
+            at = int(values.argmin())
+            near = phases[max(at - 1, 0)], phases[min(at + 1, 32)]
+        result = min(result, float(values[at]))
+    return result
+
+
 def switched_difference(orbit: StickSlipOrbit) -> Difference:
     """Return the largest difference in units of what is allowed: of states and of multipliers.
 
@@ -151,10 +187,14 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
         return integrated_again(system, orbit.first_mode, start, end)
 
     arrived, order = integrated(orbit.state)
-    passed = dense_phases(model, orbit.state, orbit.first_mode, end)
+    passed = list(dense_phases(model, orbit.state, orbit.first_mode, end))
     drift, forces = compare_phases(system, passed, orbit.state)
     apart = wrap_angles(arrived - orbit.state, model.angle_periods) / scales
     states = max(float(np.abs(apart).max()), drift, forces * CHECKS.states / CHECKS.forces)
+    by = SwitchedShooting(model, {}, orbit.period)
+    rest = by.resting(orbit.state[None], system.constants)
+    if rest is not None:
+        states = max(states, _off_the_middle(system, passed, rest.contacts))
     place = Difference(float(states) if np.isfinite(states) else np.inf)
 
     def differenced(step: float) -> Array | None:
@@ -168,9 +208,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
                 return None
             columns.append(column)
         matrix = np.transpose(columns) / (2 * step)
-        by = SwitchedShooting(model, {}, orbit.period)
-        settled = by.settled(matrix[None], orbit.state[None], system.constants)
-        return matrix if settled is None else settled[0]
+        return matrix if rest is None else rest.left(matrix)
 
     matrix = differenced(CHECKS.coarse)
     if matrix is None:
