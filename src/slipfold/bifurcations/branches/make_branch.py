@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -101,12 +103,12 @@ def _coefficient(
     """Return coefficient and criticality; None where the higher derivatives do not exist."""
     if form is None or (orbits.free_phase and not orbits.by.smooth):
         return None, None
-    try:
-        with np.errstate(over="ignore", invalid="ignore"):  # along a canard all numbers are left
-            coefficient, criticality = forms_of(orbits).special(orbits, point, form)
-    except BREAKDOWNS:
-        return None, None
-    return (coefficient, criticality) if np.isfinite(coefficient) else (None, None)
+    # Along a canard all numbers are left.
+    with suppress(*BREAKDOWNS), np.errstate(over="ignore", invalid="ignore"):
+        coefficient, criticality = forms_of(orbits).special(orbits, point, form)
+        if np.isfinite(coefficient):
+            return coefficient, criticality
+    return None, None
 
 
 def _form_of(found: Found) -> str | None:
@@ -214,10 +216,9 @@ def _crossing_again(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
 
 def _uncertainties(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
-    try:
+    with suppress(*BREAKDOWNS):
         return _recomputed(orbits, found)
-    except BREAKDOWNS:
-        return np.inf, np.full(len(found.point.multipliers), np.inf)
+    return np.inf, np.full(len(found.point.multipliers), np.inf)
 
 
 def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
@@ -326,9 +327,8 @@ def assemble(
         first = started
         if followed.start.found is not None:
             special = described[followed.start.found]
-            reason = (
-                f"emanates at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
-            )
+            value = certain(special.value, special.uncertainty)
+            reason = f"emanates at {special.vary} = {value:.9g}"
             first = End("bifurcation", reason, (special.value,))
             if len(followed.start.points) > 1:  # it crosses its parent there
                 own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
@@ -357,13 +357,11 @@ def describe_in_turn(
 ) -> dict[Found, SpecialPoint]:
     """Describe special points in their order, until it is interrupted."""
     known: dict[Found, SpecialPoint] = {}
-    try:
+    with suppress(KeyboardInterrupt):
         for followed in curves:
             for result in followed.traced.found:
                 report(followed, result, len(known))
                 known[result] = described_by(result)
-    except KeyboardInterrupt:
-        pass
     return known
 
 
@@ -377,9 +375,7 @@ def _branch(
     traced = followed.traced
     orbits, started, stopped = traced.curve, followed.started or first, traced.end
     assert stopped is not None  # every curve ends
-    nodes, whole = _evenly_until_interrupted(
-        traced.points, lambda done: report_orbits(followed, done)
-    )
+    nodes, whole = _evenly_until_interrupted(traced.points, partial(report_orbits, followed))
     points = traced.points[: len(nodes)]
     if not whole:
         reason = "interrupted before the states along the rest of the branch were found"
@@ -483,10 +479,8 @@ def complete_branches(branches: Sequence[Branch], report: Callable[[int, int], N
                 report(done, total)
                 own = slice(rows.start, rows.stop)
                 result = branch._extrema_of(own)
-                branch.extrema.minimum[own], branch.extrema.maximum[own] = (
-                    result.minimum,
-                    result.maximum,
-                )
+                branch.extrema.minimum[own] = result.minimum
+                branch.extrema.maximum[own] = result.maximum
                 for begin in rows[::LANES]:
                     report(done, total)
                     own = slice(begin, min(begin + LANES, rows.stop))
