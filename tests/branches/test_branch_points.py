@@ -119,6 +119,8 @@ def test_branches_may_be_missing_where_few_directions_lead_to_some(monkeypatch):
         (("r*x - x^2", "3e-5*y - r*y - y^2"), [0, 3e-5]),
         (("r*x - x^2", "r*y - 2e-5*y - y^2", "r*z - 4e-5*z - z^2"), [0, 2e-5, 4e-5]),
         (("r*x + 1e-3*y - x^3", "1e-3*x - r*y - y^3"), []),  # they avoid each other
+        (("r*x + 1e-6*y - x^3", "1e-6*x - r*y - y^3"), []),
+        (("r*x + 1e-5*y - x^3", "1e-5*x - r*y - y^3", "r*z - z^2", "-2*r*u - u^2"), [0]),
         (("r*x - y - x^3", "r*y + x - y^3", "-r*z - 2*u - z^3", "2*z - r*u - u^3"), [0]),
     ],
 )

@@ -25,7 +25,7 @@ from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES,
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PRODUCTS, match_multipliers
-from slipfold.orbits.uncertainty import recomputed
+from slipfold.orbits.uncertainty import multiplier_rounding, recomputed
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -162,9 +162,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             return None
         orbits, start = self._orbits, interval.traced.points[0]
         for place, item in enumerate(found):
-            if item.type != "BP":
-                continue
-            if same_orbit(orbits, item.point.z, start):
+            if item.type == "BP" and same_orbit(orbits, item.point.z, start):
                 end = End("closed", CLOSED, orbits.place(item.point.z))
                 return MonitorResult(found[:place], Stop(item.point, end, closes=True))
         return None
@@ -191,9 +189,8 @@ class Bifurcations(Zeros[OrbitPoint]):
                     "passed before: a step led onto another branch that comes very close; limit "
                     "the step"
                 )
-                return MonitorResult(
-                    found[:place], Stop(item.point, End("contradiction", reason, values))
-                )
+                end = End("contradiction", reason, values)
+                return MonitorResult(found[:place], Stop(item.point, end))
         return None
 
     def _same(self, first: Found, second: Found) -> bool:
@@ -305,10 +302,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         if name in PAIRED and _has_real_pair(a) and _has_real_pair(b):
             return False
         off = _off_pair if name in PAIRED else _off_circle
-        return (
-            max(abs(before), abs(after)) > BIFURCATION.noise
-            or max(map(off, (a, b))) > BIFURCATION.noise
-        )
+        return max(abs(before), abs(after), *map(off, (a, b))) > BIFURCATION.noise
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -335,14 +329,14 @@ class Bifurcations(Zeros[OrbitPoint]):
             point = locate(self._orbits, known, a, b, function, BIFURCATION.located)
             slope = (function(b) - function(a)) / (b.arclength - a.arclength)
             if abs(function(point)) > 3 * BIFURCATION.located * abs(slope):  # two avoid each other
-                return found
+                continue
             # Its tangent may be that of any branch, and with it its arclength.
             point = replace(point, arclength=a.arclength + float(np.linalg.norm(point.z - a.z)))
             angle = abs(float(exponents(point)[place].imag))
             real = min(angle, np.pi - angle) < BIFURCATION.real
             kind = ("BP" if angle < 1 else "PD") if real else pair
             located.append((Found(kind, point, slope), function))
-        return self._together(located, known, a, b)
+        return self._together(located, known, a, b) or found
 
     def _together(
         self, located: list[_Crossing], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -357,14 +351,20 @@ class Bifurcations(Zeros[OrbitPoint]):
             located = [item for item in located if item not in own]
             if len(own) > 1 and first.type not in PAIRED:
                 each = [self._interpolated(known, first.point, item[1]) for item in own]
+                zeros = [item for item, at in zip(own, each, strict=True) if _vanishes(item, *at)]
+                if len(zeros) < len(own):
+                    located = zeros + located
+                    continue
                 point = each[0][0]
                 error = max(abs(at.arclength - point.arclength) + error for at, error in each)
-                slope, count = first.slope, len(own)
-                first = SeveralCritical(first.type, point, slope, count=count, error=error)
+                first = SeveralCritical(first.type, point, first.slope, count=len(own), error=error)
             elif first.type == "BP":
                 first = self._crossed(first.point, a, b)
             else:
                 first = replace(first, point=locate(self._orbits, known, a, b, function))
+                if not _vanishes((first, function), first.point, ZERO.close):
+                    located = own[1:] + located
+                    continue
             result.append(first)
         return result
 
@@ -401,6 +401,14 @@ def _crossing(a: OrbitPoint, b: OrbitPoint) -> tuple[list[int], Callable[[OrbitP
     first, last = (exponents(point).real for point in (a, b))
     crosses = ((first > 0) != (last > 0)) & (np.maximum(abs(first), abs(last)) < BIFURCATION.moves)
     return crosses.nonzero()[0].tolist(), exponents
+
+
+def _vanishes(crossing: _Crossing, point: OrbitPoint, error: float) -> bool:
+    """Whether a multiplier reaches the circle: it jumps to the other side where two avoid it."""
+    left, values = crossing[1](point), point.multipliers
+    own = np.abs(np.abs(values) - np.exp(left)).argmin()
+    rounding = float(multiplier_rounding(point.monodromy, values)[own])
+    return abs(left) <= abs(crossing[0].slope) * error + max(BIFURCATION.noise, rounding)
 
 
 def span_end(orbits: Orbits, last: OrbitPoint) -> End:
@@ -474,9 +482,8 @@ def _off_pair(point: OrbitPoint) -> float:
 def _has_real_pair(point: OrbitPoint) -> bool:
     """Whether the two multipliers whose product is nearest to one are real."""
     # Two multipliers that meet are known to the root of rounding.
-    return bool(
-        np.abs(_nearest_pair(point.multipliers).imag).max(initial=0.0) < BIFURCATION.located
-    )
+    imaginary = np.abs(_nearest_pair(point.multipliers).imag)
+    return bool(imaginary.max(initial=0.0) < BIFURCATION.located)
 
 
 def _nearest_pair(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -578,7 +585,5 @@ def is_torus(values: NDArray[np.complex128]) -> bool:
     Shapes: values (n,).
     """
     pair = _nearest_pair(values)
-    return bool(
-        (np.abs(pair.imag) > BIFURCATION.real).all()
-        and (np.abs(np.abs(pair) - 1) < BIFURCATION.on_circle).all()
-    )
+    near = np.abs(np.abs(pair) - 1) < BIFURCATION.on_circle
+    return bool(np.all(near & (np.abs(pair.imag) > BIFURCATION.real)))
