@@ -26,12 +26,14 @@ from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import Mode
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
 from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.switched_shooting import WAYS, SwitchedShooting
 from slipfold.orbits.test_functions import critical_places, evaluate_tests, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 from slipfold.text import certain
@@ -101,7 +103,10 @@ def _coefficient(
     orbits: Orbits, point: OrbitPoint, form: str | None
 ) -> tuple[float | None, str | None]:
     """Return coefficient and criticality; None where the higher derivatives do not exist."""
-    if form is None or (orbits.free_phase and not orbits.by.smooth):
+    by, spans = orbits.by, list[tuple[float, float, Mode]]()
+    if orbits.free_phase and isinstance(by, SwitchedShooting):
+        spans = by.spans(orbits.nodes(point.z), orbits.constants(point.z))
+    if form is None or len(spans) > 1 or any(not {*WAYS}.issuperset(mode) for *_, mode in spans):
         return None, None
     # Along a canard all numbers are left.
     with suppress(*BREAKDOWNS), np.errstate(over="ignore", invalid="ignore"):

@@ -111,11 +111,9 @@ class SpecialPoint(LocatedPoint):
         if self.type == "BP" and self.name == BIFURCATION_TYPES["BP"].title:
             return "no other branch was found to cross here"
         if self.coefficient is None or not np.isfinite(self.coefficient):
-            changes = not np.isnan(self.stuck_fraction)
-            if changes and not self.model.forced:
-                return "criticality unknown: contacts change on the cycle"
+            contacts = "" if np.isnan(self.stuck_fraction) else "contacts stick or change nearby, "
             return (
-                f"criticality unknown: {'contacts change beside the orbit, ' if changes else ''}"
+                f"criticality unknown: {contacts}"
                 "derivatives of the map overflow, or its digits are lost to growth round the orbit"
             )
         return "neither soft nor hard: the coefficient is zero within rounding"
