@@ -160,7 +160,8 @@ def test_a_broken_check_does_not_pass_either(monkeypatch):
 
     monkeypatch.setattr("slipfold.orbits.continued.Collocation", Broken)
     monkeypatch.setattr("slipfold.orbits.collocation.Collocation", Broken)
-    assert not orbit.check().passed
+    with pytest.raises(sf.InputError, match="no mesh fits the orbit of"):
+        orbit.check()
 
 
 def test_rates_that_are_not_those_of_the_model_do_not_pass(monkeypatch):

@@ -286,6 +286,16 @@ GIVEN = {
 WALL = {"load": 1.0, "Vd": 0.1}
 
 
+def test_an_orbit_that_no_mesh_fits_is_refused(monkeypatch):
+    model, words = chain(12), r"no mesh fits the orbit of Structure\(.*f=1\.2.*: each of 8 in turn"
+    assert shooting_for(model) is ModalShooting
+    monkeypatch.setattr(ModalShooting, "better", lambda self, *given: self)
+    with pytest.raises(sf.InputError, match=words):
+        sf.periodic_orbit(model.replace(f=1.2))
+    with pytest.raises(sf.InputError, match=words):
+        sf.response(model, "f", (1.2, 1.3))
+
+
 @pytest.mark.parametrize(
     "parts",
     [

@@ -23,7 +23,7 @@ from slipfold.orbits.limits import limit_met, margins_at
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.meshes import INTERVALS
-from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.orbit_curve import MESHES, OrbitCurve, OrbitPoint, Orbits, no_mesh_fits
 from slipfold.orbits.shooting import SEGMENT_GROWTH, MeshShooting, Shooting, growth_within
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
@@ -249,23 +249,23 @@ def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Arr
 
 
 def fitted(orbits: Orbits, z: Array) -> tuple[Orbits, Array]:
-    """Describe an orbit on a mesh that fits it; nothing is corrected."""
-    for _ in range(4):
+    """Describe an orbit on a mesh that fits it, or raise; nothing is corrected."""
+    for _ in range(MESHES + 1):
         by = orbits.by.better(orbits.nodes(z), orbits.constants(z))
         if by is None:
-            break
+            return orbits, z
         other = orbits.described_by(by)
         orbits, z = other, other.adopt(orbits, z)
-    return orbits, z
+    raise no_mesh_fits(orbits, z)
 
 
 def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:
-    for _ in range(4):
+    for _ in range(MESHES + 1):
         following = curve.renewed([point])
         if following is None:
-            break
+            return curve, point
         curve, (point,) = following
-    return curve, point
+    raise no_mesh_fits(curve.orbits, point.z)
 
 
 def _vanishing_cycle(other: Orbits, orbits: Orbits, point: OrbitPoint) -> OrbitPoint:

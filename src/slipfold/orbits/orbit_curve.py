@@ -16,7 +16,7 @@ from slipfold.continuation.curve import Curve, Point
 from slipfold.continuation.interpolation import POINTS, arc_between
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import Correction, correct
-from slipfold.errors import BREAKDOWNS
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.equations import Constants
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -30,6 +30,17 @@ from slipfold.orbits.test_functions import (
     evaluate_tests,
     floquet_multipliers,
 )
+
+MESHES = 8
+"""Meshes that are tried in turn until one fits an orbit: of those that fit, three at most were."""
+
+
+def no_mesh_fits(orbits: Orbits, z: Array) -> InputError:
+    """Return the error of an orbit for which each mesh in turn was too coarse."""
+    return InputError(
+        f"no mesh fits the orbit of {orbits.model_at(z)!r}: each of {MESHES} in turn was too "
+        "coarse for it; choose other parameters, or friction that varies less steeply"
+    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -214,7 +225,7 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Why equations may have no finite values, as a clause."""
         return self.orbits.by.undefined
 
-    def point(self, correction: Correction, arclength: float, meshes: int = 8) -> OrbitPoint:
+    def point(self, correction: Correction, arclength: float, meshes: int = MESHES) -> OrbitPoint:
         """Return a converged correction as a point.
 
         The tangent points along the row of the correction's constraint. The bordered determinant
@@ -225,7 +236,7 @@ class OrbitCurve(Curve[OrbitPoint]):
         by = orbits.by.better(*at) if orbits.by.adapts else None
         if by is not None:  # it has a curve of its own, whose unknowns mean the same
             if not meshes:
-                raise LostCurveError("each of eight meshes in turn was too coarse for its orbit")
+                raise no_mesh_fits(orbits, z)
             fitting = self.described_by(by)
             again = correct(fitting, z, correction.row)
             if not again.converged:

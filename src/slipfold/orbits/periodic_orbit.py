@@ -308,6 +308,11 @@ class PeriodicOrbit(Measured, OneLine):
         OrbitCheck
             The differences and the orbit by collocation; it prints as a sentence.
 
+        Raises
+        ------
+        InputError
+            If no mesh of collocation fits the orbit.
+
         Examples
         --------
         >>> import slipfold as sf

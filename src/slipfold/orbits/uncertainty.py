@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
-from slipfold.errors import BREAKDOWNS
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import (
     ROUNDING,
@@ -105,7 +105,10 @@ def multiplier_uncertainty(
     damps = cut is Shooting and scheme_for(jacobian).points.damps and is_stiff(jacobian[0])
     for row, (own, values) in enumerate(zip(nodes, constants, strict=True)):
         if damps:
-            monodromy = _by_collocation(model, parameters[row], own, period)
+            try:
+                monodromy = _by_collocation(model, parameters[row], own, period)
+            except InputError:  # no mesh fits
+                continue
         else:
             fitting = by.better(own, values) or by
             other, own, _ = fitting.shifted(own, values, np.zeros(own.shape), np.zeros(1))
