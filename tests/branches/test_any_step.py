@@ -43,9 +43,11 @@ def way(case, backward):
 def test_same_special_points(largest, tolerance, backward, case):
     span = way(case, backward)
     low, high = sorted(span)
-    both = traced.__wrapped__(case, span, largest, tolerance), traced(case)
-    inside = ([item for item in specials(each) if low <= item[1] <= high] for each in both)
-    found, expected = inside
+    found = [
+        item for item in specials(traced.__wrapped__(case, span, largest, tolerance))
+        if low <= item[1] <= high
+    ]  # fmt: skip
+    expected = [item for item in specials(traced(case)) if low <= item[1] <= high]
     assert [item[::2] for item in found] == [item[::2] for item in expected]
     for item, other in zip(found, expected, strict=True):
         assert item[1] == pytest.approx(other[1], abs=1e-8)

@@ -58,6 +58,8 @@ def test_each_turn_of_a_branch_is_a_fold(kind, monkeypatch):
 
 def test_a_loss_of_stability_that_nothing_explains_is_a_contradiction(monkeypatch):
     model = sf.System(parameters={"r": -1}, states={"x": "r*x - x^3", "y": "2*r*y - y^3"})
+    (found, *_) = sf.response(model, "r", (-1, 0.9)).branches
+    assert (len(found.special), found.stopped.kind) == (1, "span")
     monkeypatch.setattr(Bifurcations, "hidden", lambda self, found, *_: found)
     (branch,) = sf.response(model, "r", (-1, 0.9)).branches
     assert branch.stopped.kind == "contradiction"

@@ -59,9 +59,10 @@ class Zeros(Generic[P]):
             return []
         if arclength is None:
             found = self.located(history, a, b)
-            if depth >= ZERO.depth:
+            explained = self.accounts_for(found, a, b)
+            if depth >= ZERO.depth and not explained:
                 found = self.hidden(found, history, a, b)
-            if depth >= ZERO.depth or self.accounts_for(found, a, b):
+            if depth >= ZERO.depth or explained:
                 return sorted(found, key=lambda item: item.point.arclength)
             arclength = 0.5 * (a.arclength + b.arclength)
         middle = self._point_between(history, a, b, arclength)

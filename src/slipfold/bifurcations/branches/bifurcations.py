@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -24,8 +23,8 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PRODUCTS, match_multipliers
-from slipfold.orbits.uncertainty import multiplier_rounding, recomputed
+from slipfold.orbits.test_functions import PRODUCTS, floquet_multipliers
+from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -55,10 +54,6 @@ class BifurcationRules:
     sensitive: float = 1e3
     # Arclength from a bifurcation, over the branch, within which the side is undecided
     undecided: float = 1e-5
-    # Logarithm of a multiplier that does not cross the circle in a step: vectors of others may be
-    # rounding beside those that are larger by orders of magnitude
-    moves: float = 1.0
-    together: float = 1e-5  # arclength within which points where several cross the circle are one
     outside: float = 1.001  # modulus of a critical multiplier that left the circle between points
     # Arclength over which multipliers are differenced: six digits are left
     differenced: float = 1e-6
@@ -90,10 +85,6 @@ class SeveralCritical(Found[OrbitPoint]):
     error: float = np.inf  # of its arclength
     images: int = 0  # branches that are not followed, since they are images of others
     rare: int = 0  # branches that were found from few directions: others may be missing
-
-
-_Crossing = tuple[Found[OrbitPoint], Callable[[OrbitPoint], float]]
-"""Where a multiplier crosses the unit circle, and the function that is zero there."""
 
 
 class Bifurcations(Zeros[OrbitPoint]):
@@ -162,7 +153,9 @@ class Bifurcations(Zeros[OrbitPoint]):
             return None
         orbits, start = self._orbits, interval.traced.points[0]
         for place, item in enumerate(found):
-            if item.type == "BP" and same_orbit(orbits, item.point.z, start):
+            if item.type != "BP":
+                continue
+            if same_orbit(orbits, item.point.z, start):
                 end = End("closed", CLOSED, orbits.place(item.point.z))
                 return MonitorResult(found[:place], Stop(item.point, end, closes=True))
         return None
@@ -189,8 +182,9 @@ class Bifurcations(Zeros[OrbitPoint]):
                     "passed before: a step led onto another branch that comes very close; limit "
                     "the step"
                 )
-                end = End("contradiction", reason, values)
-                return MonitorResult(found[:place], Stop(item.point, end))
+                return MonitorResult(
+                    found[:place], Stop(item.point, End("contradiction", reason, values))
+                )
         return None
 
     def _same(self, first: Found, second: Found) -> bool:
@@ -238,10 +232,6 @@ class Bifurcations(Zeros[OrbitPoint]):
             point = locate(self._orbits, known, a, b, determinant, BIFURCATION.located)
         except LostCurveError:  # so near to it that Newton's method is singular along the branch
             point = self._beside_branch_point(known, a, b)
-        return self._crossed(point, a, b)
-
-    def _crossed(self, point: OrbitPoint, a: OrbitPoint, b: OrbitPoint) -> Found:
-        """Return the branch point near one between two, with the branch that crosses there."""
         # Of the points between, one may lie on the other branch; a and b lie on this one.
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._orbits, point, along, float(np.linalg.norm(b.z - a.z)))
@@ -269,9 +259,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         """Whether what was found explains the change in the number of unstable multipliers."""
         change = abs(b.unstable - a.unstable)
         turned = (a.tests["LP"] > 0) != (b.tests["LP"] > 0)
-        both = min(a.unstable, b.unstable) > 0  # one may leave the circle while another enters it
-        crossing = len(_crossing(a, b)[0]) if both else change
-        if not (found or change or turned or crossing) or not all(map(is_off_circle, (a, b))):
+        if not (found or change or turned) or not all(map(is_off_circle, (a, b))):
             return True  # nothing differs, or which side of the circle it is on is not known
         turning = sum(_turns(item) for item in found)
         folds = turning + sum(item.type == "LP" for item in found)
@@ -279,7 +267,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         single = len(found) - pairs - turning
         if (turning or not _stands(a, b)) and turned != (folds % 2 == 1):
             return False
-        return max(change, crossing) <= single + 2 * pairs and (change - single) % 2 == 0
+        return change <= single + 2 * pairs and (change - single) % 2 == 0
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function is positive at one of two points only, beyond rounding.
@@ -302,71 +290,54 @@ class Bifurcations(Zeros[OrbitPoint]):
         if name in PAIRED and _has_real_pair(a) and _has_real_pair(b):
             return False
         off = _off_pair if name in PAIRED else _off_circle
-        return max(abs(before), abs(after), *map(off, (a, b))) > BIFURCATION.noise
+        return (
+            max(abs(before), abs(after)) > BIFURCATION.noise
+            or max(map(off, (a, b))) > BIFURCATION.noise
+        )
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found]:
-        """Return where multipliers cross the unit circle at once, or nearly, as no function shows.
+        """Return where several multipliers cross the unit circle at once, which no function shows.
 
-        Where several cross, as symmetry or equal parts of a structure make them do, functions have
-        zeros of higher order, and change no sign where two cross in opposite directions. So each
-        is followed by its vector, which does not swap where two meet. The function of pairs is also
-        zero everywhere where two real multipliers have the product one, as those of x'' = x.
+        Functions have double or triple zeros where two or three multipliers or pairs cross at once,
+        as symmetry or equal parts of a structure make them do; a triple one is known to the third
+        root of rounding. The function of pairs is also zero everywhere where two real multipliers
+        have the product one, as those of x'' = x.
         """
-        crossing, exponents = _crossing(a, b)
-        explained = sum(1 + (item.type in PAIRED) for item in found)
-        turned = any(item.type == "LP" for item in found)
-        if turned or len(crossing) <= explained or not all(map(is_off_circle, (a, b))):
+        change, turned = abs(b.unstable - a.unstable), any(item.type == "LP" for item in found)
+        if turned or change < 2:
             return found
+        place = min(a.unstable, b.unstable)
 
-        def growth(place: int, point: OrbitPoint) -> float:
-            return float(exponents(point)[place].real)
+        def critical(point: OrbitPoint) -> Complex:
+            return point.multipliers[place : place + change]
 
-        located, pair = list[_Crossing](), next(name for name in PAIRED if name in a.tests)
-        for place in crossing:
-            function = partial(growth, place)
-            point = locate(self._orbits, known, a, b, function, BIFURCATION.located)
-            slope = (function(b) - function(a)) / (b.arclength - a.arclength)
-            if abs(function(point)) > 3 * BIFURCATION.located * abs(slope):  # two avoid each other
-                continue
-            # Its tangent may be that of any branch, and with it its arclength.
-            point = replace(point, arclength=a.arclength + float(np.linalg.norm(point.z - a.z)))
-            angle = abs(float(exponents(point)[place].imag))
-            real = min(angle, np.pi - angle) < BIFURCATION.real
-            kind = ("BP" if angle < 1 else "PD") if real else pair
-            located.append((Found(kind, point, slope), function))
-        return self._together(located, known, a, b) or found
+        def growth(point: OrbitPoint) -> float:  # of a volume: that of one direction has corners
+            return float(np.log(np.abs(critical(point))).sum())
 
-    def _together(
-        self, located: list[_Crossing], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
-    ) -> list[Found]:
-        """Return the special points that multipliers make, those of several at one place once."""
-        result: list[Found] = []
-        while located:
-            first, function = located[0]
-            near = first.point.arclength + BIFURCATION.together * np.array([-1, 1])
-            own = [item for item in located if item[0].type == first.type
-                   and near[0] < item[0].point.arclength < near[1]]  # fmt: skip
-            located = [item for item in located if item not in own]
-            if len(own) > 1 and first.type not in PAIRED:
-                each = [self._interpolated(known, first.point, item[1]) for item in own]
-                zeros = [item for item, at in zip(own, each, strict=True) if _vanishes(item, *at)]
-                if len(zeros) < len(own):
-                    located = zeros + located
-                    continue
-                point = each[0][0]
-                error = max(abs(at.arclength - point.arclength) + error for at, error in each)
-                first = SeveralCritical(first.type, point, first.slope, count=len(own), error=error)
-            elif first.type == "BP":
-                first = self._crossed(first.point, a, b)
-            else:
-                first = replace(first, point=locate(self._orbits, known, a, b, function))
-                if not _vanishes((first, function), first.point, ZERO.close):
-                    located = own[1:] + located
-                    continue
-            result.append(first)
-        return result
+        point, error = locate(self._orbits, known, a, b, growth, BIFURCATION.located), 0.0
+        if (np.abs(critical(point).imag) < BIFURCATION.real).any():
+            point, error = self._interpolated(known, point, growth)
+        else:
+            point = locate(self._orbits, known, a, b, growth)
+        values = critical(point)
+        if (np.abs(np.abs(values) - 1) >= BIFURCATION.on_circle).any():
+            return found
+        slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
+        paired, located = (
+            np.abs(values.imag) > BIFURCATION.real,
+            {item.type: item for item in found},
+        )
+        pair = next(name for name in PAIRED if name in a.tests)
+        each = {"BP": ~paired & (values.real > 0), "PD": ~paired & (values.real < 0), pair: paired}
+        return [
+            SeveralCritical(kind, point, slope, count=count, error=error)
+            if count > 1 and kind != pair
+            else (count <= 2 and located.get(kind)) or Found(kind, point, slope)
+            for kind, count in ((kind, int(own.sum())) for kind, own in each.items())
+            if count
+        ]
 
     def _interpolated(
         self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]
@@ -379,36 +350,18 @@ class Bifurcations(Zeros[OrbitPoint]):
         fewer = [float(lagrange(values[part], 0.0) @ own[part]) for part in (slice(1, 4), slice(3))]
         error = max(abs(arclength - each) for each in fewer)
         z, direction = hermite(around, arclength)
-        part, tangent = self._orbits.linearize(z), direction / np.linalg.norm(direction)
-        at = z, tangent, arclength, part.monodromy, float(np.abs(part.residual).max())
-        return self._orbits.derived_point(*at), error
-
-
-def _crossing(a: OrbitPoint, b: OrbitPoint) -> tuple[list[int], Callable[[OrbitPoint], Complex]]:
-    """Return which multipliers cross the unit circle between two points, by their places.
-
-    Also the logarithms of all in that order at points next to the first: they are followed by their
-    vectors, which do not swap where two meet.
-    """
-    right = np.linalg.eig(a.monodromy)[1]
-    left = np.linalg.pinv(right)
-
-    def exponents(point: OrbitPoint) -> Complex:
-        expected = np.einsum("ij,jk,ki->i", left, point.monodromy, right)
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(match_multipliers(expected, point.multipliers)))
-
-    first, last = (exponents(point).real for point in (a, b))
-    crosses = ((first > 0) != (last > 0)) & (np.maximum(abs(first), abs(last)) < BIFURCATION.moves)
-    return crosses.nonzero()[0].tolist(), exponents
-
-
-def _vanishes(crossing: _Crossing, point: OrbitPoint, error: float) -> bool:
-    """Whether a multiplier reaches the circle: it jumps to the other side where two avoid it."""
-    left, values = crossing[1](point), point.multipliers
-    own = np.abs(np.abs(values) - np.exp(left)).argmin()
-    rounding = float(multiplier_rounding(point.monodromy, values)[own])
-    return abs(left) <= abs(crossing[0].slope) * error + max(BIFURCATION.noise, rounding)
+        linearization = self._orbits.linearize(z)
+        point = replace(
+            near,
+            z=z,
+            tangent=direction / np.linalg.norm(direction),
+            arclength=arclength,
+            residual=float(np.abs(linearization.residual).max()),
+            linearization=linearization,
+            monodromy=linearization.monodromy,
+            multipliers=floquet_multipliers(linearization.monodromy),
+        )
+        return point, error
 
 
 def span_end(orbits: Orbits, last: OrbitPoint) -> End:
@@ -482,8 +435,9 @@ def _off_pair(point: OrbitPoint) -> float:
 def _has_real_pair(point: OrbitPoint) -> bool:
     """Whether the two multipliers whose product is nearest to one are real."""
     # Two multipliers that meet are known to the root of rounding.
-    imaginary = np.abs(_nearest_pair(point.multipliers).imag)
-    return bool(imaginary.max(initial=0.0) < BIFURCATION.located)
+    return bool(
+        np.abs(_nearest_pair(point.multipliers).imag).max(initial=0.0) < BIFURCATION.located
+    )
 
 
 def _nearest_pair(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -585,5 +539,7 @@ def is_torus(values: NDArray[np.complex128]) -> bool:
     Shapes: values (n,).
     """
     pair = _nearest_pair(values)
-    near = np.abs(np.abs(pair) - 1) < BIFURCATION.on_circle
-    return bool(np.all(near & (np.abs(pair.imag) > BIFURCATION.real)))
+    return bool(
+        (np.abs(pair.imag) > BIFURCATION.real).all()
+        and (np.abs(np.abs(pair) - 1) < BIFURCATION.on_circle).all()
+    )

@@ -22,7 +22,6 @@ class CrossingRules:
     # of second derivatives is 1e-9 for rounding, and for truncation 1e-8, or 1e-4 where contacts
     # change nearby; the last ones are extrapolated from twice as much and half of it
     step: float = 1e-4
-    near_pole: float = 0.25  # the same, at most, over the least singular value that is not zero
     iterations: int = 8  # maximum corrections of a branch point
     slope: float = 1e-6  # minimum slope, over the largest, of a number that crosses zero
     elsewhere: float = 0.05  # a branch point this far from where it was located is another one
@@ -69,7 +68,7 @@ def find_crossing(
     reduced = _Reduction(curve, point.z)
     place = np.zeros(2)
     for _ in range(CROSSING.iterations):
-        slopes, hessian = reduced.slopes(place), reduced.hessian(place, reduced.step)
+        slopes, hessian = reduced.slopes(place), reduced.hessian(place, CROSSING.step)
         if not np.isfinite(hessian).all() or abs(np.linalg.det(hessian)) < CROSSING.slope**2:
             return None
         step = np.linalg.solve(hessian, -slopes)
@@ -83,7 +82,7 @@ def find_crossing(
     solved = reduced.solve(place)
     if solved is None:
         return None
-    by_step = [reduced.hessian(place, 2.0**k * reduced.step) if k else hessian for k in (1, 0, -1)]
+    by_step = [reduced.hessian(place, 2.0**k * CROSSING.step) if k else hessian for k in (1, 0, -1)]
     coarse, hessian = (fine + (fine - other) / 3 for other, fine in pairwise(by_step))
     directions, near = _zero_directions(hessian), _zero_directions(coarse)
     if directions is None or near is None:
@@ -98,8 +97,7 @@ def find_crossing(
     unsure = min(abs(float(other[-1] - np.sign(each @ other) * each[-1])) for each in tangents[2:])
     part = solved.linearization
     residual = float(np.abs(part.residual).max())
-    arclength = point.arclength + float((solved.z - point.z) @ along)
-    at = solved.z, tangents[own] * np.sign(alike[own]), arclength
+    at = solved.z, tangents[own] * np.sign(alike[own]), point.arclength
     found = curve.derived_point(*at, part.monodromy, residual, part)
     # Rounding of the slopes moves the place, and with it the parameter.
     errors = solved.rounding * solved.moves @ np.linalg.inv(hessian)
@@ -146,9 +144,7 @@ class _Reduction:
         self._curve = curve
         self._origin = z
         jacobian = curve.linearize(z).jacobian
-        left, values, right = np.linalg.svd(jacobian)
-        # Where another branch point is near, the reduction has a pole there.
-        self.step = min(CROSSING.step, CROSSING.near_pole * values[:-1].min(initial=1.0))
+        left, _, right = np.linalg.svd(jacobian)
         self._left = left[:, -1]
         self._kernel = right[-2:]
 

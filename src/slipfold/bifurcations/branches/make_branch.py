@@ -135,12 +135,14 @@ def _describe_event(orbits: Orbits, found: Happened) -> SpecialPoint:
     """Return a located user's event."""
     point = found.point
     again, rounding = recomputed(orbits, point)
-    moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
+    moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         along = found.distance_from(again) * abs(point.tangent[-1])
         moved = abs(again.z[-1] - point.z[-1]) + along + rounding
-        uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
-    return _uncertain(found, float(moved) * orbits.width, uncertain)
+        multiplier_uncertainty = multiplier_change(
+            point.multipliers, again.multipliers, point.monodromy
+        )
+    return _uncertain(found, float(moved) * orbits.width, multiplier_uncertainty)
 
 
 def bare(found: Found) -> SpecialPoint:
