@@ -129,7 +129,7 @@ def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint
         return lost
     kind = _kind(boundary.before.piece, boundary.after.piece)
     met, connected = _met(curve, kind, boundary), boundary.apart < PIECE.apart
-    if met is None and not connected and isinstance(curve, Orbits):
+    if kind != "MEET" and met is None and not connected and isinstance(curve, Orbits):
         raise LostCurveError("a step led onto orbits of other modes that are not connected")
     found = Found(kind, met or boundary.before, float("inf"))
     end = _end(kind, curve, found.point)
