@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.models.quantities import State
-
-if TYPE_CHECKING:
-    from slipfold.models.model import Model
 
 REVOLUTION = 2 * np.pi
 """Radians in a revolution."""
@@ -31,7 +28,18 @@ def wrap_angles(difference: Array, periods: Array) -> Array:
     return difference - count_revolutions(difference, periods) * periods
 
 
-def distances(model: Model, states: Array, others: Array) -> Array:
+class ScaledStates(Protocol):
+    """A model, as far as it measures its states."""
+
+    @property
+    def angle_periods(self) -> Array:
+        """A revolution of each angle, zero of other states."""
+
+    def state_scales(self) -> Array:
+        """Return the size of each state."""
+
+
+def distances(model: ScaledStates, states: Array, others: Array) -> Array:
     """Return by how much states differ at most, in scaled states; revolutions make no difference.
 
     Shapes: states, others (..., n); returns (...).
