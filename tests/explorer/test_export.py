@@ -230,8 +230,8 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind, mo
     orbit = sf.load(tmp_path / "orbit.nc")
     table = list(csv.reader(io.StringIO(exported(view, "csv").decode())))
     values = [float(value) for value in table[1]]
-    told = {**view, "at": answers_to(view)[-1]["through"]}
-    copied = run_python(exporting(None)(told, "python").decode(), tmp_path, monkeypatch)
+    placed = {**view, "at": answers_to(view)[-1]["through"]}
+    copied = run_python(exporting(None)(placed, "python").decode(), tmp_path, monkeypatch)
     if kind == "equilibrium":
         assert copied["values"].real.tolist() == pytest.approx([values[0]] * 2, rel=1e-12)
         assert capsys.readouterr().out.startswith("frequencies (Hz): [0.159154")

@@ -56,7 +56,7 @@ def test_derivatives_are_those_of_the_piece_of_a_point() -> None:
 
 @pytest.mark.parametrize("span", [(0.9, 2.5), pytest.param((3.0, 0.9), marks=pytest.mark.long)])
 def test_a_branch_that_turns_back_where_it_touches_is_followed(span: tuple[float, float]) -> None:
-    # To which side an orbit next to the touch belongs is rounding: they meet at 5 to 8 degrees.
+    # To which side an orbit next to the graze belongs is rounding: they meet at 5 to 8 degrees.
     law = sf.Stribeck(mu_s=0.55, mu_k=0.3, vs=0.3)
     pad = sf.FrictionContact({"x": 1.0, "theta": 0.02}, law, load=150.0, Vd=1.5)
     damping, stiffness = [[6, 0.02], [0.02, 0.01]], [[320000, -3200], [-3200, 900]]
