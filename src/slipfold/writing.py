@@ -52,9 +52,10 @@ def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
                 f"the folder {Path(path).parent} does not exist, so {path} cannot be written; "
                 "make the folder or give another one"
             )
-        if _is_special(target):
-            with open(target, "ab"):
-                return
+        if _is_special(path):
+            if not os.access(path, os.W_OK):  # to open a pipe would wait for its reader
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+            return
         _check_replaceable(path, target)
         if suffixes and suffix and suffix.lower() not in suffixes:
             raise InputError(
@@ -78,8 +79,8 @@ def write_file(path: str | Path, content: bytes) -> None:
     """
     target = Path(os.path.realpath(path))
     try:
-        if _is_special(target):
-            target.write_bytes(content)
+        if _is_special(path):
+            Path(path).write_bytes(content)
             return
         trial = _beside(target)
         try:
@@ -116,8 +117,9 @@ def _beside(target: Path) -> Path:
     return target.with_name(f".{target.name[:64]}.{os.urandom(6).hex()}.part")
 
 
-def _is_special(target: Path) -> bool:
-    return target.exists() and not target.is_file()
+def _is_special(path: str | Path) -> bool:
+    """Whether it is a device or a pipe: their real paths may not exist, as behind /dev/stdout."""
+    return os.path.exists(path) and not os.path.isfile(path)
 
 
 def _cannot_write(path: str | Path, error: OSError) -> str:

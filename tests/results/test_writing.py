@@ -98,10 +98,17 @@ def test_full_device():
 
 def test_pipe_is_written_to_directly(tmp_path):
     os.mkfifo(tmp_path / "pipe")
+    check_writable(tmp_path / "pipe")  # nobody reads it yet
     reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
     write_file(tmp_path / "pipe", b"new")
     assert os.read(reader, 10) == b"new"
     os.close(reader)
+    reader, writer = os.pipe()
+    check_writable(f"/dev/fd/{writer}")  # as /dev/stdout before a pipe: its real path is none
+    write_file(f"/dev/fd/{writer}", b"new")
+    assert os.read(reader, 10) == b"new"
+    os.close(reader)
+    os.close(writer)
 
 
 def test_checking_refuses_folders_and_missing_folders(tmp_path):
