@@ -22,8 +22,8 @@ _UNITS: dict[str, dict[str, float]] = {
     "Hz": {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "kg": {"kg": 1.0, "g": 1e-3, "t": 1e3},
-    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
-    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "m/min": 1 / 60, "km/h": 1 / 3.6},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6, "N/um": 1e6, "kN/mm": 1e6},
 }
 """Units in which a quantity may be given, and their factors, by its SI unit."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 
@@ -476,8 +477,13 @@ class _Formulas:
 
 
 def _converts(factor: float) -> bool:
-    """Whether a factor is pi/180, or up to nine times as large or small, within a hundredth."""
+    """Whether a factor is pi/180, or up to nine times as large or small, within a hundredth.
+
+    Or it is less than pi and exactly a fraction of it.
+    """
     times = abs(factor) * 180 / math.pi or 1.0  # nothing depends on the angle if it is zero
+    if times < 180 and abs(times - Fraction(times).limit_denominator(1000)) < 1e-12 * times:
+        return True
     return any(abs(max(times, 1 / times) / whole - 1) < 0.01 for whole in range(1, 10))
 
 
