@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Self
@@ -150,8 +150,16 @@ class SingleTrajectory:
         self._hybrid: HybridIntegration | None = None
         self._before = 0
 
-    def advance(self, state: Array, periods: int, done: int = 0) -> Array:
+    def advance(
+        self,
+        state: Array,
+        periods: int,
+        done: int = 0,
+        report: Callable[[int], None] = lambda count: None,
+    ) -> Array:
         """Propagate a state over some periods, after some that are done, as far as it comes.
+
+        `report` is called with the number of periods now and then, until all are done.
 
         Shapes: state (n,); returns (m, n), m <= periods.
         """
@@ -162,6 +170,8 @@ class SingleTrajectory:
                 result += self._slipping(result[-1], periods + 1 - len(result), so_far)
             else:
                 result += self._through_stick(result[-1], so_far)
+            if len(result) <= periods:
+                report(len(result) - 1)
         return np.array(result[1:]).reshape(-1, len(state))
 
     def to_period_end(self, state: Array, phase: float) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,8 +91,9 @@ class SweepRun:
         reason = ""
         for index in order:
             if not reason:
+                before, periods = self.done, self.transient + self.kept - 1
                 reason, state = self._at(run, index, state)
-                self._report(self.transient + self.kept - 1)
+                self._report(before, periods)
             self.reasons[run, index] = reason
         return state
 
@@ -99,7 +101,8 @@ class SweepRun:
         """Integrate at one value; return why it stopped, if it did, and the final state."""
         model, periods = self.models[index], self.transient + self.kept - 1
         trajectory = SingleTrajectory(model, flow_of(model).constants_of(model), state)
-        result = np.concatenate([state[None], trajectory.advance(state, periods)])
+        report = partial(self._report, self.done)
+        result = np.concatenate([state[None], trajectory.advance(state, periods, report=report)])
         if trajectory.stopped is not None:
             return trajectory.stopped.reason, state
         self.states[run, index] = result[-self.kept :]
@@ -109,17 +112,12 @@ class SweepRun:
     def _from_starts(self, first: int, starts: Array) -> None:
         """Follow trajectories from some starts, whose runs are those from `first` on."""
         before, count = self.done, len(starts)
-
-        def on_progress(progress: Progress) -> None:
-            self.done = before
-            self._report(progress.done)
-
         points = stroboscopic_samples(
             self.models[0],
             np.repeat(starts, len(self.values), axis=0),
             {self.vary: np.tile(self.values, count)},
             self.kept - 1,
-            on_progress if self.observer is not None else None,
+            None if self.observer is None else lambda now: self._report(before, now.done),
             transient=self.transient,
         )
         if points.interrupted:
@@ -130,7 +128,7 @@ class SweepRun:
         reasons = ["" if stop is None else stop.reason for stop in points.stopped]
         self.reasons[rows] = np.array(reasons, object).reshape(shape)
 
-    def _report(self, periods: int) -> None:
-        self.done += periods
+    def _report(self, before: int, periods: int) -> None:
+        self.done = before + periods
         if self.observer is not None:
             self.observer(Progress("forcing periods", self.done, self.total))

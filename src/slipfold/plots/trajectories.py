@@ -52,7 +52,10 @@ STROBOSCOPIC = "stroboscopic"
 """Measure: what an output is at phase zero."""
 
 SIZE = 1.1
-"""Size of a dot in points."""
+"""Size of a dot in points; where there are few values, up to three times as much."""
+
+FEW = 120
+"""Number of values below which there are few."""
 
 MOST = 200
 """Vibrations that a time series shows one by one; the lines of more would be a black area."""
@@ -327,9 +330,9 @@ def draw_points(
 ) -> Axes:
     """Draw an output at phase zero of each period, or its extremes, over the parameter.
 
-    Sweeps lie on top of trajectories from many starts, the one down on top of the one up. A
-    trajectory that sticks is drawn at phase zero alone. What repeats has the size `beside` of its
-    run in points, if there is one, to be seen below a line.
+    Sweeps lie on top of trajectories from many starts, the one down on top of the one up; of few
+    values the dots below are larger. A trajectory that sticks is drawn at phase zero alone. What
+    repeats has the size `beside` of its run in points, if there is one, to be seen below a line.
     """
     if measure not in (STROBOSCOPIC, *MEASURE_NAMES):
         raise InputError(
@@ -339,19 +342,25 @@ def draw_points(
     ax = axes_or_new(ax)
     chosen = sweep.runs if runs is None else runs
     named: dict[str, Any] = {}
-    for name in sorted(chosen, key=lambda name: (name in COLORS, sweep.run(name))):
+    larger = float(np.clip(FEW / len(sweep.values), 1, 3))
+    order = sorted(chosen, key=lambda name: (name in COLORS, sweep.run(name)))
+    layers = list(dict.fromkeys(name if name in COLORS else OTHERS for name in order))[::-1]
+    for name in order:
         x, y = dots_of(sweep, sweep.run(name), output, measure)
+        below = layers.index(name if name in COLORS else OTHERS)
+        dot = SIZE * larger * (1 + (larger - 1) / 3 * below)
         single = np.isin(x, sweep.values[sweep.repeats(name) > 0]) & (name in beside)
-        for some, size in ((single, beside.get(name)), (~single, SIZE)):
+        for some, size in ((single, beside.get(name)), (~single, dot)):
             (dots,) = ax.plot(
                 x[some], y[some], "o", markersize=size, markeredgewidth=0,
                 color=COLORS.get(name, OTHERS), zorder=0.5, rasterized=True,
             )  # fmt: skip
-        named.setdefault(name if name in COLORS else "from many starts", dots)
+        if len(x):
+            named.setdefault(name if name in COLORS else "from many starts", dots)
     label_axis(ax, "x", sweep.model.parameter(sweep.vary))
     label_output(ax, "y", sweep.model, output, MEASURE_NAMES.get(measure, ""))
     if legend and len(named) > 1:
-        ax.legend(named.values(), named, markerscale=5, loc="best", handletextpad=0.2)
+        ax.legend(named.values(), named, markerscale=5 / larger, loc="best", handletextpad=0.2)
     return ax
 
 
