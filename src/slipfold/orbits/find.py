@@ -139,13 +139,13 @@ def periodic_orbit(
             orbit = search.through_stick(near)
         except InputError:
             return search.smooth(near)
-        return search.in_slip(orbit, near)
+        return search.in_slip(orbit)
     guess = near
     if near is not None or period > 1:  # else the linear response is the guess
         motion = simulate(model, settle if near is None else int(period), near, through_stick=False)
         if reaches_stick_limit(motion.stopped, model):
             orbit = search.through_stick(near)
-            return search.in_slip(orbit, orbit.state)
+            return search.in_slip(orbit)
         guess = motion.states[-1] if near is None else near
     try:
         slips = search.smooth(guess)
@@ -249,11 +249,11 @@ class _Search:
                 break
         return hybrid.result(SEARCH.repeated)
 
-    def in_slip(self, orbit: PeriodicOrbit, state: Array | None) -> PeriodicOrbit:
+    def in_slip(self, orbit: PeriodicOrbit) -> PeriodicOrbit:
         """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""
         if not orbit.sticking:
             with suppress(InputError):
-                slips = self.smooth(state)
+                slips = self.smooth(orbit.state)
                 return slips if _is_in_slip(slips) else orbit
         return orbit
 

@@ -34,7 +34,12 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
-SLIPS = "only contacts that always slip one way are followed here; give Regularized(law, e=...)"
+SLIPS = (
+    "contacts of {name} reverse or stick at {vary} = {value:g}, and only contacts that always slip "
+    "one way are followed here; make their law smooth: Regularized(law, e=...), in a file "
+    '{{ law = "Regularized", of = {{ law = ... }}, e = ... }}'
+)
+"""Why a response is refused where branches do not continue across sticking phases."""
 
 WORST = 1e8
 """Condition number above which the first value of the parameter is a fold or branch point."""
@@ -122,7 +127,10 @@ class FirstOrbit:
             try:
                 start = self._at(last, first)
             except InputError:
-                raise error from None
+                if self.through_stick or self._sticking(first) is None:
+                    raise error from None
+                refused = SLIPS.format(name=self.model.name, vary=self.vary, value=first)
+                raise InputError(refused) from None
         what = "response of period 1" if self.model.forced else "equilibrium"
         reason = (
             f"there is no regular {what} at {self.vary} = {first:g}, so the span was followed "
@@ -158,11 +166,9 @@ class FirstOrbit:
             row = hold_parameter(orbits.size) * np.sign(other - value)
             correction = correct(orbits, correction.z, row)
         if not correction.converged:
-            slips = not self.through_stick and contacts_of(model)
-            advice = model.advice or (SLIPS if slips else "start the span elsewhere")
             raise InputError(
                 f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-                f"{correction.failure}; {advice}"
+                f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
             )
         return orbits, _first_point(orbits, correction, value)
 
