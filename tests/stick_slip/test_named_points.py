@@ -79,7 +79,7 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         beyond, sticks = branch.parameter - 1 / MU, branch.stuck_fraction > 1 - 1e-6
         assert (sticks == (beyond > 0))[np.abs(beyond) > 1e-4].all()
     seen = sf.measure(model, "f", [0.127, 0.13], ["max x"])
-    with pytest.raises(sf.InputError, match="only contacts that always slip one way"):
+    with pytest.raises(sf.InputError, match=r"reverse or stick at f = 0\.12694"):
         sf.fit(model, seen, {"Ns_x": (3.0, 4.0)})
 
 
@@ -95,6 +95,22 @@ def test_a_mass_that_friction_holds_all_the_time_is_a_fixed_one():
     pulls = 0.4 * fixed.sample(4096)[1][:, 0] + np.cos(2 * np.pi * np.arange(4096) / 4096)
     assert (branch.special[0].type, branch.stopped.kind) == ("GRAZE", "span")
     assert branch.special[0].value == pytest.approx(np.abs(pulls).max() / MU, abs=1e-5)
+    found = sf.attractors(two, starts=8)  # wherever y comes to rest
+    assert (len(found.attractors), found.labels.tolist()) == (1, [1] * 8)
+
+
+@pytest.mark.parametrize(("damping", "settled"), [(0.05, True), (-0.05, False)])
+def test_a_mass_rests_beside_one_that_slides_steadily(damping, settled):
+    contacts = [
+        sf.FrictionContact(at, sf.Coulomb(mu_k=MU), load=load, Vd=speed, name=f"{at}_contact")
+        for at, load, speed in (("x", 1.0, 0.3), ("y", 12.0, 0.0))
+    ]
+    given = {"names": ("x", "y"), "contacts": contacts}
+    stiffness = np.array([[1.4, -0.1], [-0.1, 1.4]])
+    model = sf.Structure(np.eye(2), np.diag([damping, 0.05]), stiffness, **given)
+    end = sf.simulate(model, state={"x": MU / 1.4}, periods=20).settlement
+    assert (end.settled, end.kind == "equilibrium") == (settled, settled)
+    assert "equilibrium in which y_contact sticks" in end.message
 
 
 @pytest.mark.parametrize(("load", "damping"), [(8.0, 0.05), (6.5, 0.05), rarely(9.0, 0.02)])

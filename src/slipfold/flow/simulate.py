@@ -40,7 +40,7 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.units import parse_quantity
 from slipfold.progress import Observer, Progress
-from slipfold.text import revolutions_text
+from slipfold.text import listed, revolutions_text
 
 PERIODS = 1000
 """Forcing periods of a trajectory by default."""
@@ -415,11 +415,19 @@ class HybridIntegration(Integration):
         slips = all(status in (Status.FORTH, Status.BACK) for status in mode)
         if 2 * since < self.periods and slips:
             return self._with_revolutions(judge_autonomous(model, self.states[since:], tolerance))
-        rates = self.flow.of(mode).rates(state[None], np.zeros(1), self.constants)[0]
-        sticks = all(status is Status.STICK for status in mode)
+        sticks = [item.name for item, does in zip(self.flow.contacts, mode, strict=True)
+                  if does is Status.STICK]  # fmt: skip
+        at = state[None], np.zeros(1), self.constants
+        rates = self.flow.of(mode).rates(*at)[0]
         if sticks and np.abs(rates / scales).max() <= ROUNDING:
-            message = "settled on an equilibrium in which all contacts stick"
-            return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
+            stuck = "all contacts stick" if len(sticks) == len(mode) else f"{listed(sticks)} sticks"
+            free = np.delete(np.arange(len(state)), self.flow.mode(mode).held_at(self.constants))
+            slopes = self.flow.of(mode).jacobians(*at)[0][np.ix_(free, free)]
+            growths = np.linalg.eigvals(slopes * (scales[free] / scales[free, None]))
+            if growths.real.max() <= EQUILIBRIUM.distance * np.abs(growths).max():
+                message = f"settled on an equilibrium in which {stuck}"
+                return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
+            return not_converged(f"not settled: on an unstable equilibrium in which {stuck}")
         return self._with_revolutions(judge_changes(model, changes, tolerance, self.time))
 
     def _after(self, length: float) -> Array:

@@ -154,6 +154,9 @@ class PointRegion(AttractorRegion):
     Distances shrink each round in the norm x' P x with M' P M - r P + r = 0; r is the spectral
     radius of the monodromy matrix M. Trajectories from several distances show how far that holds in
     the nonlinear equations.
+
+    A contact that sticks all the time may rest anywhere in a range: then orbits that differ by
+    that are one attractor, and do not count as apart.
     """
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
@@ -162,6 +165,8 @@ class PointRegion(AttractorRegion):
         trajectory = Trajectories(model, attractor.state[None])
         self.points = trajectory.advance(np.arange(1), self._period)[0, :-1]
         matrix = _monodromy(model, attractor.state, self._period)
+        self._across = _across_rests(matrix)
+        matrix = matrix @ self._across
         radius = max(float(np.abs(np.linalg.eigvals(matrix)).max()), 1e-2)
         self._metric = _metric(matrix / np.sqrt(radius))
         self._rate = 0.5 * (1 + np.sqrt(radius))
@@ -173,11 +178,11 @@ class PointRegion(AttractorRegion):
 
     def distance(self, states: Array) -> Array:
         """Return the distance from the nearest of its states at phase zero."""
-        apart = self._apart(states[..., None, :], self.points)
+        apart = self._apart(states[..., None, :], self.points) @ self._across.T
         return np.asarray(np.abs(apart).max(axis=-1).min(axis=-1))
 
     def _length(self, states: Array) -> Array:
-        apart = self._apart(states, self.attractor.state)
+        apart = self._apart(states, self.attractor.state) @ self._across.T
         with np.errstate(invalid="ignore"):
             return np.asarray(np.linalg.norm(apart @ self._metric.T, axis=-1))
 
@@ -300,6 +305,15 @@ def _monodromy(model: Model, state: Array, period: int) -> Array:
     # Each trajectory has scales from its own start.
     ratios = growth.model.state_scales() / model.state_scales()
     return result * ratios[:, None] / ratios
+
+
+def _across_rests(matrix: Array) -> Array:
+    """Return what removes from states where contacts rest: perturbations that a map keeps."""
+    left, values, right = np.linalg.svd(matrix - np.eye(len(matrix)))
+    kept = values < ATTRACTOR.preserved
+    return np.eye(len(matrix)) - right[kept].T @ np.linalg.solve(
+        left[:, kept].T @ right[kept].T, left[:, kept].T
+    )
 
 
 def _metric(matrix: Array) -> Array:

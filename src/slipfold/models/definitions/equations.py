@@ -477,10 +477,7 @@ class _Formulas:
 
 
 def _converts(factor: float) -> bool:
-    """Whether a factor is pi/180, or up to nine times as large or small, within a hundredth.
-
-    Or it is less than pi and exactly a fraction of it.
-    """
+    """Whether a factor is a fraction of pi, or pi/180 times or over 1 to 9 within a hundredth."""
     times = abs(factor) * 180 / math.pi or 1.0  # nothing depends on the angle if it is zero
     if times < 180 and abs(times - Fraction(times).limit_denominator(1000)) < 1e-12 * times:
         return True
