@@ -1,6 +1,5 @@
 """Branch points: the other branch is followed, in both directions and once."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -106,8 +105,8 @@ def test_branches_may_be_missing_where_few_directions_lead_to_some(monkeypatch):
     rest, *others = sf.response(system("four", **rates), "r", (-0.1, 0.1)).branches
     assert (len(others), rest.special[0].rare) == (30, 0)  # each is zero, or moves either way
     del rates["u"]
-    few = replace(switching.BIFURCATION, times=20, most=1)
-    monkeypatch.setattr(switching, "BIFURCATION", few)
+    monkeypatch.setattr(switching.BIFURCATION, "times", 20)
+    monkeypatch.setattr(switching.BIFURCATION, "most", 1)
     (point,) = sf.response(system("three", **rates), "r", (-0.1, 0.1)).branches[0].special
     assert f"few directions led to {point.rare} of those found" in point.undecided
 

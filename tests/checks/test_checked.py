@@ -189,7 +189,7 @@ def test_whoever_interrupts_a_check_has_what_is_done(monkeypatch):
     counted = []
     compare = Mock(side_effect=[KeyboardInterrupt, [choice.Difference(0.0)] * 3])
     monkeypatch.setattr(choice, "orbit_differences", compare)
-    monkeypatch.setattr(choice, "CHECKS", dataclasses.replace(CHECKS, together=60))
+    monkeypatch.setattr(CHECKS, "together", 60)
     found = check_some([Candidate("orbit", orbit, resting=False)] * 3, 1000, counted.append)
     assert (found.count, found.interrupted, counted) == (3, True, [0, 0, 0])
 

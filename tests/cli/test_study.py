@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from helpers.studies import CHEAP, CHEAP_FILE, content, files_of_at_most
-from slipfold.studies.executors import TaskSettings
+from slipfold.studies.executors import TASKS
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def test_ctrl_c_while_failed_cases_are_tried_again(case, tmp_path, monkeypatch):
 
 
 def test_mistakes(case, tmp_path, monkeypatch):
-    monkeypatch.setattr("slipfold.studies.executors.TASKS", TaskSettings(scheduler_timeout=0.2))
+    monkeypatch.setattr(TASKS, "scheduler_timeout", 0.2)
     for options, words in {
         ("--workers", "0"): "--workers 0 is not a whole number of at least 1",
         ("--out", str(tmp_path / "no" / "x.nc")): "does not exist",

@@ -10,7 +10,7 @@ from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_server import BASE, answers_to, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.settings import PageSettings
+from slipfold.interface.explorer.settings import PAGE
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -107,7 +107,7 @@ def ask_all(client, request):
 
 
 def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
-    monkeypatch.setattr("slipfold.interface.explorer.plain.PAGE", PageSettings(interval=0.0))
+    monkeypatch.setattr(PAGE, "interval", 0.0)
     answers = answers_to(diagram(1, span=[0, 0.1]))
     *progress, last = [answer for answer in answers if not answer.get("more")]
     # The exact curve is there before it is checked.
@@ -350,7 +350,7 @@ def test_a_motion_is_followed_and_what_cannot_be_is_said():
 
 
 def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
-    monkeypatch.setattr("slipfold.interface.explorer.curves.PAGE", PageSettings(filling=0.0))
+    monkeypatch.setattr(PAGE, "filling", 0.0)
     *_, last = told_of(Catalogue(), model="vanderpol-free", vary="mu", span=[0.1, 3])
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "span")
     assert all(item["stopped"]["kind"] == "interrupted" for item in last["branches"][1:])

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import block_diag, expm
 
 import slipfold as sf
-from slipfold.flow.affine_events import EventSearch
+from slipfold.flow.affine_events import EVENT
 from slipfold.flow.affine_flow import (
     AffineFlow,
     AffineSolutions,
@@ -151,7 +151,7 @@ def test_smooth_phases_are_those_of_the_integrator(monkeypatch, model):
     constants, start, passed = flow_of(model).constants_of(model), np.zeros(8), []
     scales = model.state_scales()
     for many in (9, 8):
-        monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=many))
+        monkeypatch.setattr(EVENT, "many", many)
         system = HybridFlow(model).system(start, constants)
         mode = first_mode(system, start)
         passed.append(list(smooth_phases(system, mode, start, 12.0)))
@@ -179,7 +179,7 @@ def test_smooth_phases_are_those_of_the_integrator(monkeypatch, model):
 @pytest.mark.parametrize(("c", "groups"), [(0.0, [[1], [0]]), (0.05, [[0, 1]])])
 def test_derivatives_jump_where_two_changes_meet_if_contacts_are_coupled(monkeypatch, c, groups):
     """Two masses between a third and walls begin to slip one after the other, in either order."""
-    monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=6))
+    monkeypatch.setattr(EVENT, "many", 6)
     law = sf.Coulomb(mu_s=0.5, mu_k=0.3)
     model = sf.Structure(
         np.eye(3),
@@ -217,7 +217,7 @@ def test_a_free_mass_has_too_few_eigenvectors():
 
 def test_stick_without_a_limit_leaves_the_limit_of_other_systems(monkeypatch):
     """A contact that may stick for ever at first sticks as long as before when it may not."""
-    monkeypatch.setattr("slipfold.flow.affine_events.SEARCH", EventSearch(many=8))
+    monkeypatch.setattr(EVENT, "many", 8)
     model, mode = chain(4), (Status.STICK,)
     state = np.zeros(8)
     flow, ends = HybridFlow(model), []

@@ -12,7 +12,7 @@ from slipfold.collocation_points import gauss_points
 from slipfold.continuation.newton import correct
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modal_answers import ModalAnswers
-from slipfold.flow.modal_equations import ForcedIntervals, ModalChoice, modal_equations_of
+from slipfold.flow.modal_equations import CHOICE, ForcedIntervals, modal_equations_of
 from slipfold.flow.modal_segments import joined, solve_segments
 from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.modal_shooting import ModalShooting, segments_for, shooting_for
@@ -198,9 +198,7 @@ def test_special_points_are_those_of_the_flow():
         elements=sf.CubicSpring("x3", k3=30.0),
     )
     assert shooting_for(model) is Shooting
-    (exact, own), (found, other) = (
-        folds(model, ModalChoice(**given)) for given in ({}, {"states": 0})
-    )
+    (exact, own), (found, other) = (folds(model, states) for states in (CHOICE.states, 0))
     assert [item.type for item in exact.special] == ["LP", "LP"]
     for one, reference in zip(found.special, exact.special, strict=True):
         assert one.type == reference.type
@@ -217,10 +215,10 @@ def test_special_points_are_those_of_the_flow():
     np.testing.assert_allclose(other, own, rtol=1e-10)
 
 
-def folds(model, choice):
+def folds(model, states):
     """A branch with folds, and where the locus of the first leaves a window."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("slipfold.flow.modal_equations.CHOICE", choice)
+        patch.setattr(CHOICE, "states", states)
         branch = sf.response(model, vary="f", span=(0.82, 1.0)).branches[0]
         window = {"f": (0.8, 1.1), "F": (9.8, 10.2)}
         locus = sf.locus(branch.special[0], vary=("f", "F"), window=window).loci[0]

@@ -1,7 +1,5 @@
 """The search for the response of stiff motion: it tells how far it is, and comes to an end."""
 
-from dataclasses import replace
-
 import pytest
 
 import slipfold as sf
@@ -33,8 +31,7 @@ def test_a_search_tells_of_every_period_and_may_be_stopped_there(slider):
 
 
 def test_a_search_that_takes_too_long_is_given_up_and_said_so(slider, monkeypatch):
-    few = replace(first_orbits.SEARCH, stiff_steps=1)
-    monkeypatch.setattr(first_orbits, "SEARCH", few)
+    monkeypatch.setattr(first_orbits.FIRST, "stiff_steps", 1)
     with pytest.raises(sf.InputError, match=r"stiff, and within .* it comes near no orbit; start"):
         sf.response(slider, vary="f", span=(1.0, 1.05))
 

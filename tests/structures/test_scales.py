@@ -9,7 +9,7 @@ from scipy.integrate import LSODA, OdeSolver
 import slipfold as sf
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.flow.flow import Flow
-from slipfold.flow.modal_equations import ModalChoice
+from slipfold.flow.modal_equations import CHOICE
 from slipfold.flow.scales import measured
 
 
@@ -110,7 +110,7 @@ def test_scales_of_many_modes_need_no_compiled_integrator(monkeypatch):
         f=1.1,
     )
     by_flow = measured(chain)
-    monkeypatch.setattr("slipfold.flow.modal_equations.CHOICE", ModalChoice(states=0))
+    monkeypatch.setattr(CHOICE, "states", 0)
     monkeypatch.setattr(Flow, "trajectory", None)
     by_modes = measured(chain)
     np.testing.assert_array_equal(by_modes.state_scales(), by_flow.state_scales())

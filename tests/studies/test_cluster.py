@@ -11,7 +11,7 @@ import pytest
 import slipfold as sf
 from helpers.studies import CHEAP, content
 from slipfold import InputError
-from slipfold.studies.executors import TaskSettings
+from slipfold.studies.executors import TASKS
 
 distributed = pytest.importorskip("distributed", reason="clusters are the extra 'cluster'")
 
@@ -34,7 +34,7 @@ def processes():
 def test_a_cluster_computes_the_same_and_survives_its_workers(
     tmp_path, processes, monkeypatch, capfd
 ):
-    monkeypatch.setattr("slipfold.studies.executors.TASKS", TaskSettings(scheduler_timeout=2.0))
+    monkeypatch.setattr(TASKS, "scheduler_timeout", 2.0)
     undisturbed = content(sf.study(CHEAP), tmp_path)
     known = tmp_path / "scheduler.json"
     scheduler = processes(

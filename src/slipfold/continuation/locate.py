@@ -22,8 +22,7 @@ from slipfold.continuation.interpolation import (
 from slipfold.continuation.newton import correct
 
 
-@dataclass(frozen=True)
-class ZeroRules:
+class ZERO:
     """Rules for finding and locating zeros between two points."""
 
     # Arclength to which a zero is located; the parameter then is right to 1e-12 of the span
@@ -60,9 +59,6 @@ class ZeroRules:
     dip: float = 0.15
     # Fraction of its distance from zero by which the bound of the multipliers may change in a step
     change: float = 0.5
-
-
-ZERO = ZeroRules()
 
 
 class LostCurveError(ArithmeticError):

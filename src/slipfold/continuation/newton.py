@@ -14,8 +14,7 @@ import numpy as np
 from slipfold.arrays import Array
 
 
-@dataclass(frozen=True)
-class NewtonRules:
+class NEWTON:
     """Rules for the convergence and the failure of Newton's method."""
 
     # Distance from where derivatives were taken below which they count as those of the solution:
@@ -43,9 +42,6 @@ class NewtonRules:
     # Points before a guess whose derivatives are extrapolated to it: with three there are a ninth
     # more chord steps, with six as many as with five
     known: int = 5
-
-
-NEWTON = NewtonRules()
 
 
 DIVERGED = "Newton's method diverged"

@@ -17,8 +17,7 @@ from slipfold.continuation.locate import LostCurveError, Projection, insert, poi
 from slipfold.continuation.newton import correct
 
 
-@dataclass(frozen=True)
-class PieceRules:
+class PIECE:
     """Rules for the ends of smooth pieces."""
 
     # Arclength to which the end of a piece is located, by bisection: nothing is smooth across it
@@ -53,9 +52,6 @@ class PieceRules:
     doubtful: float = 3.0
     # Maximum distance of the point halfway to the zero from it, over that of the point
     halfway: float = 0.75
-
-
-PIECE = PieceRules()
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,7 @@ import numpy as np
 from slipfold.arrays import Array, Mask
 
 
-@dataclass(frozen=True)
-class StepRules:
+class STEP:
     """Rules for the acceptance and the length of steps."""
 
     # Distance between predicted and corrected point that the steps aim at, in scaled variables
@@ -79,9 +78,6 @@ class StepRules:
     # Change of a parameter between two points, in spans, whose sign rounding may decide: with
     # multipliers of 1e7 orbits are known to about 1e-8
     flat: float = 1e-7
-
-
-STEP = StepRules()
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,8 +27,7 @@ from slipfold.flow.modes import CONTACT, Ending, SwitchingEvent
 from slipfold.flow.polynomials import StepPolynomials
 
 
-@dataclass(frozen=True)
-class EventSearch:
+class EVENT:
     """How the first event of a solution in closed form is found."""
 
     # Fewer are followed from event to event in less time by an integrator, unless they are fast
@@ -47,11 +46,7 @@ class EventSearch:
     iterations: int = 60  # of Newton's method for the time of an event, which bisects if need be
 
 
-SEARCH = EventSearch()
-
-
-@dataclass(frozen=True)
-class DenseSteps:
+class STEPS:
     """Steps of dense output, and of integrals over solutions."""
 
     order: int = 20  # of Taylor polynomials
@@ -60,8 +55,6 @@ class DenseSteps:
     samples: int = 16  # steps of one length
     fewest: int = 1  # steps of a smooth phase
 
-
-STEPS = DenseSteps()
 
 ORDERS = np.arange(4)
 """Derivatives of event functions that are computed at samples."""
@@ -109,7 +102,7 @@ GAUSS = gauss_points(8)
 
 def is_large(dimension: int) -> bool:
     """Whether events of so many states are found in less time in closed form."""
-    return dimension >= SEARCH.many
+    return dimension >= EVENT.many
 
 
 def pays(flow: Flow, constants: Constants) -> bool:
@@ -272,7 +265,7 @@ class _Watched:
         return np.asarray(self.start - turned @ self.solutions.answers)
 
     def samples(
-        self, end: float, rule: EventSearch | DenseSteps, visible: Callable[[Array], Mask]
+        self, end: float, rule: type[EVENT | STEPS], visible: Callable[[Array], Mask]
     ) -> Iterator[tuple[Array, Complex, Mask]]:
         """Yield phases up to an end, free motions there, and which are visible by their sizes.
 
@@ -354,8 +347,8 @@ class _Watched:
     def first(self, end: float) -> tuple[int, float] | None:
         """Return the number and the phase of the first event up to a phase, None if none."""
         seen = np.abs(self.seen)
-        least = SEARCH.visible * (seen @ np.abs(self.start) + np.finfo(float).tiny)[:, None]
-        parts = self.samples(end, SEARCH, lambda sizes: np.any(seen * sizes > least, axis=0))
+        least = EVENT.visible * (seen @ np.abs(self.start) + np.finfo(float).tiny)[:, None]
+        parts = self.samples(end, EVENT, lambda sizes: np.any(seen * sizes > least, axis=0))
         return next(filter(None, (self._between(*part) for part in parts)), None)
 
     def _between(self, phases: Array, free: Complex, visible: Mask) -> tuple[int, float] | None:
@@ -367,8 +360,8 @@ class _Watched:
         positive = _enclosed(VALUES, ends[:, :-1], ends[:, 1:], bend)[0].min(axis=0)
         undecided = (positive <= 0) | (ends[0, 1:] <= 0)
         if phases[0] == self.begin:
-            starts = (np.abs(ends[0, 0]) <= SEARCH.rounding) & (ends[0, 1] > 0)
-            undecided[0] &= ~(starts & (positive[0] > -SEARCH.rounding))
+            starts = (np.abs(ends[0, 0]) <= EVENT.rounding) & (ends[0, 1] > 0)
+            undecided[0] &= ~(starts & (positive[0] > -EVENT.rounding))
         for place in np.flatnonzero(undecided.any(axis=1)).tolist():
             met, (low, high) = None, phases[place : place + 2].tolist()
             for which in np.flatnonzero(undecided[place]).tolist():
@@ -411,18 +404,18 @@ class _Watched:
             phases, step = np.array([low, high]), high - low
             free = self._free_at(phases)
             ends = self._derivatives(phases, free, visible)[..., 0] * step ** ORDERS[:, None]
-            at_zero = low == self.begin and abs(ends[0, 0]) <= SEARCH.rounding
+            at_zero = low == self.begin and abs(ends[0, 0]) <= EVENT.rounding
             if ends[0, 0] <= 0 and not at_zero:
                 return self.begin if begins else low  # it has fallen since
             bends = (self._bend(free[0], step, step, visible, order)[0] for order in (8, 7))
             values = _enclosed(VALUES, ends[:, 0], ends[:, 1], next(bends))
-            no_more = at_zero or values[1].max() <= SEARCH.rounding  # than rounding is a fall
-            if ends[0, 1] > 0 and values[0].min() > (-SEARCH.rounding if no_more else 0.0):
+            no_more = at_zero or values[1].max() <= EVENT.rounding  # than rounding is a fall
+            if ends[0, 1] > 0 and values[0].min() > (-EVENT.rounding if no_more else 0.0):
                 continue
             slopes = _enclosed(SLOPES, ends[1:, 0], ends[1:, 1], next(bends))
             if slopes[0].min() > 0 and ends[0, 1] > 0:
                 continue
-            if slopes[1].max() < 0 or step <= SEARCH.shortest:
+            if slopes[1].max() < 0 or step <= EVENT.shortest:
                 if ends[0, 1] > 0:
                     continue
                 return self._zero(low, high)
@@ -433,13 +426,13 @@ class _Watched:
     def _zero(self, low: float, high: float) -> float:
         """Return the phase in an interval at which the only function falls through zero."""
         phase, before = high, np.inf
-        for _ in range(SEARCH.iterations):
+        for _ in range(EVENT.iterations):
             value, slope = (float(item[0, 0]) for item in self.at(np.array([phase])))
             low, high = (phase, high) if value > 0 else (low, phase)
             after = phase - value / slope if slope < 0 else np.inf
             after = after if low <= after <= high else 0.5 * (low + high)
             moved, phase = abs(after - phase), after
-            if moved <= SEARCH.exact or SEARCH.settled * before < moved < SEARCH.fine:
+            if moved <= EVENT.exact or EVENT.settled * before < moved < EVENT.fine:
                 break
             before = moved
         return float(phase)

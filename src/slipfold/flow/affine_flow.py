@@ -24,8 +24,7 @@ from slipfold.flow.flow import Flow
 from slipfold.models.quantities import Expression
 
 
-@dataclass(frozen=True)
-class AffineRules:
+class AFFINE:
     """When rates are solved in closed form."""
 
     states: int = 8  # fewer are linearized in less time by an integrator, unless they are fast
@@ -41,8 +40,6 @@ class AffineRules:
     apart: float = 0.5  # difference of exponents above which quotients lose no digits
     terms: int = 18  # of power series for smaller differences
 
-
-AFFINE = AffineRules()
 
 BETWEEN = np.array([0.137, 7.731])
 """Phases at which harmonics are tested, the second beyond a period."""

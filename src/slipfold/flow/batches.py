@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol
 
@@ -27,8 +26,7 @@ LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
 """Trajectories integrated together: two registers of AVX2, one of AVX-512."""
 
 
-@dataclass(frozen=True)
-class StepBudget:
+class BUDGET:
     """Numbers of integrator steps after which a trajectory is given up."""
 
     call: int = 500  # steps a call, milliseconds, after which Ctrl-C is noticed
@@ -37,14 +35,12 @@ class StepBudget:
     segment: int = 4_500  # of a segment, since Newton's method needs hundreds: 800 vibrations
     progress: float = 1e-5  # fraction of the remainder that a call gains, except at a singularity
 
-    def is_exceeded(self, maximum: int, taken: int, free: int, left: Array, gained: Array) -> bool:
+    @classmethod
+    def is_exceeded(cls, maximum: int, taken: int, free: int, left: Array, gained: Array) -> bool:
         """Whether trajectories hardly gained in the last call, or will not end in most steps."""
-        if np.any(gained < self.progress * left):
+        if np.any(gained < cls.progress * left):
             return True
-        return taken >= free and not np.all(left * self.call <= gained * (maximum - taken))
-
-
-BUDGET = StepBudget()
+        return taken >= free and not np.all(left * cls.call <= gained * (maximum - taken))
 
 
 STOPPED = hy.taylor_outcome.step_limit

@@ -40,8 +40,7 @@ def invariant_groups_of(model: Model) -> list[tuple[int, ...]]:
     return invariant_groups(rates, len(scales))
 
 
-@dataclass(frozen=True)
-class EquilibriumSettings:
+class EQUILIBRIUM:
     """Distances from equilibria, and the search for an interval of time."""
 
     # In scaled states; also the growth, over the fastest rate, that is rounding
@@ -49,9 +48,6 @@ class EquilibriumSettings:
     perturbation: float = 1e-6  # off an unstable one: grows linearly, and is far above rounding
     trial_steps: int = 500  # of a trial trajectory, ten rounds of a smooth cycle
     trial_length: float = 1e4  # of the same, in times of the fastest rate
-
-
-EQUILIBRIUM = EquilibriumSettings()
 
 
 @dataclass(frozen=True, eq=False)

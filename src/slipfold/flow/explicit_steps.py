@@ -25,8 +25,7 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
 
 
-@dataclass(frozen=True)
-class ExplicitSettings:
+class EXPLICIT:
     """Accuracy and size of the explicit steps."""
 
     # Distance of a limit, in changes over a step: beyond 1/3 a cubic does not reach it
@@ -49,8 +48,6 @@ class ExplicitSettings:
     calls: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)  # a period
     ensemble_tolerance: float = 1e-9  # estimated error of four steps; the error is a tenth
 
-
-EXPLICIT = ExplicitSettings()
 
 # Reordered sums take half of the time; NaN remains NaN.
 FASTEST = {"fast_math": True, "opt_level": OPTIMIZATION}

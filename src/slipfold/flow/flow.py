@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
@@ -45,8 +44,7 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import Limit
 
 
-@dataclass(frozen=True)
-class VariationSettings:
+class VARIATIONS:
     """How the derivatives of trajectories are compiled and integrated."""
 
     # Maximum number of states whose variational equations are integrated all at once. On chains of
@@ -62,9 +60,6 @@ class VariationSettings:
     # Terms of the rates up to which code is not compact: it runs in two thirds of the time, but
     # more take ever longer to compile
     short_rates: int = 250
-
-
-VARIATIONS = VariationSettings()
 
 
 class Integrators:

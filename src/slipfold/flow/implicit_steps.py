@@ -27,8 +27,7 @@ POINTS = radau_points(8)
 """Points of a step: without stiffness errors at its end have order 15, those inside order 9."""
 
 
-@dataclass(frozen=True)
-class ImplicitSettings:
+class IMPLICIT:
     """Accuracy and number of the implicit steps."""
 
     # Last term of a step's polynomial over the states; the next is smaller
@@ -37,9 +36,6 @@ class ImplicitSettings:
     safety: float = 0.85
     shortest_ratio: float = 0.1  # of two steps
     longest_ratio: float = 3.0
-
-
-IMPLICIT = ImplicitSettings()
 
 
 PLACES = np.linspace(0.0, 1.0, 17)[1:]

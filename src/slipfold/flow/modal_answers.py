@@ -17,16 +17,13 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, gauss_points
 
 
-@dataclass(frozen=True)
-class SeriesRule:
+class SERIES:
     """What gives the integrals; rounding costs two digits at most."""
 
     nodes: int = 28  # points through which answers to an impulse are interpolated
     far: float = 10.0  # largest exponent of these: far^N N!/(2N)!, their error, is 4e-18
     apart: float = 3.0  # smallest exponent of sums of derivatives of the force over its powers
 
-
-SERIES = SeriesRule()
 
 Some = NDArray[np.inexact]
 """Real numbers; complex ones where derivatives by dampings are taken."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
@@ -26,15 +25,11 @@ from slipfold.models.model import Model
 Number = TypeVar("Number", bound=np.inexact)
 
 
-@dataclass(frozen=True)
-class ModalRounding:
+class MODAL:
     """Bounds of rounding in modes and meshes."""
 
     grid: float = 2.0**-50  # difference of lengths of intervals, in forcing periods
     same: float = 1e-9  # of rows of modes that a symmetry maps onto each other, over the largest
-
-
-MODAL = ModalRounding()
 
 
 class ModalEquations:
@@ -171,17 +166,13 @@ def modal_equations_of(model: Model) -> ModalEquations | None:
     return None if form is None else ModalEquations(model, form)
 
 
-@dataclass(frozen=True)
-class ModalChoice:
+class CHOICE:
     """From where modal shooting is quicker than the compiled flow."""
 
     states: int = 24  # a chain of ten masses takes three times as long, of twenty a third
     # Of the fastest mode in a period. Points of beams take 37 ms with 62 turns (5 modes), of the
     # flow 28; with 96 (a static shape more) 32 and 37; with 173 (8 modes) 32 and 83
     turns: float = 80.0
-
-
-CHOICE = ModalChoice()
 
 
 def modes_serve(model: Model) -> bool:

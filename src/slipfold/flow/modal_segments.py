@@ -18,8 +18,7 @@ TINY = 1e-30
 """Imaginary step of dampings: its square is nothing beside one, so that derivatives are exact."""
 
 
-@dataclass(frozen=True)
-class SweepRule:
+class SWEEP:
     """When motions at the points are found."""
 
     close: float = 1e-9  # last change over the size of motions: the next is of its square
@@ -30,9 +29,6 @@ class SweepRule:
     iterations: int = 10  # of a guess that is near; afterwards one interval follows another
     within: int = 50  # iterations in an interval
     halvings: int = 8  # of a step in an interval that does not reduce the residual
-
-
-SWEEP = SweepRule()
 
 
 @dataclass(frozen=True, eq=False)

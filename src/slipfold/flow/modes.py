@@ -30,8 +30,7 @@ class Status(IntEnum):
     __hash__ = int.__hash__  # faster than that of an enum: modes are dictionary keys
 
 
-@dataclass(frozen=True)
-class ContactSettings:
+class CONTACT:
     """Tolerances of stick and slip; slip is over its scale."""
 
     rest: float = 1e-13  # slip in the plane below which slip ends
@@ -63,9 +62,6 @@ class ContactSettings:
     # Fraction of slow slip that a linearization leaves out before rest, where it is singular, and
     # the first slip after rest: the effect is of second order
     linearized: float = 1e-9
-
-
-CONTACT = ContactSettings()
 
 
 Mode = tuple[Status, ...]

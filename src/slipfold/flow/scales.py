@@ -22,8 +22,7 @@ from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
 
-@dataclass(frozen=True)
-class ScaleSettings:
+class SCALES:
     """The search for characteristic scales."""
 
     weak: float = 0.1  # feedback, over the typical rate, of a state that does not act back
@@ -49,8 +48,6 @@ class ScaleSettings:
     # their geometric mean is taken: a branch of a thousand sizes takes ten times as many steps
     apart: float = 64.0
 
-
-SCALES = ScaleSettings()
 
 TRIAL = np.linspace(0.0, SCALES.periods, SCALES.periods * SCALES.samples + 1)
 """Phases of a trial trajectory."""

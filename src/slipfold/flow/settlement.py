@@ -29,8 +29,7 @@ from slipfold.models.model import Model
 from slipfold.text import number_text
 
 
-@dataclass(frozen=True)
-class ConvergenceSettings:
+class CONVERGENCE:
     """When a trajectory has converged."""
 
     max_period: int = 8  # of a response, in forcing periods
@@ -51,9 +50,6 @@ class ConvergenceSettings:
     enough: int = 60  # returns that suffice for a trend
     fewest: int = 40  # minimum number of states that show an approach to an equilibrium
     neutral: float = 1e-5  # distance of a multiplier from one: those of a center are known to 1e-6
-
-
-CONVERGENCE = ConvergenceSettings()
 
 
 @dataclass(frozen=True, repr=False)

@@ -113,8 +113,7 @@ def _operand(text: str) -> Operand:
 Group = tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class TurnSettings:
+class TURNS:
     """Events at sharp turns."""
 
     faster: float = (
@@ -125,9 +124,6 @@ class TurnSettings:
     # Of events in the length of a step: edges are exact to 1e-4 for arguments up to 1e9
     weight: float = 1e-9
     cooldown: float = 1e-10  # phase after an edge: longer than rounding, shorter than a crossing
-
-
-TURNS = TurnSettings()
 
 
 def relative_sizes(equations: Equations) -> list[Expression]:

@@ -20,8 +20,7 @@ from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 
 
-@dataclass(frozen=True)
-class ClassificationSettings:
+class CLASSIFICATION:
     """When a trajectory counts as periodic, torus or chaos."""
 
     floor: float = 1e-8  # change in scales over a period that may be an error of the integration
@@ -37,9 +36,6 @@ class ClassificationSettings:
     same_mean: float = 1e-2  # distance between the means of two responses of one period
     transient: int = 400  # forcing periods before a trajectory in a region must repeat
     margin: int = 2  # cells between a place and the border of its region
-
-
-CLASSIFICATION = ClassificationSettings()
 
 
 def repeats_of(

@@ -52,17 +52,13 @@ class Follow(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class GapSettings:
+class GAPS:
     """Where a solution is started between branches."""
 
     # Share of the span that a gap has at least: a screen shows it, and a branch is worth its time
     wide: float = 0.05
     # Places at which a solution is started: each takes as long as a short branch
     places: int = 3
-
-
-GAPS = GapSettings()
 
 
 def gaps_between(

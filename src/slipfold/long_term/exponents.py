@@ -67,8 +67,7 @@ def bump(count: int) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-@dataclass(frozen=True)
-class ExponentSettings:
+class EXPONENTS:
     """Accuracy of exponents and of rotation numbers."""
 
     lines: int = 6  # strongest of a spectrum, which have to be multiples of one
@@ -88,9 +87,6 @@ class ExponentSettings:
     max_periods: int = 32_000  # by default if the classification is known or periods are expensive
     longest: int = 128_000  # by default else: 9 s with four states
     converged: float = 1e-9  # distance from a periodic response, in scaled states
-
-
-EXPONENTS = ExponentSettings()
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -88,8 +88,7 @@ class CycleLine:
         return wrap_angles(states - points, self._whole) / self._scales
 
 
-@dataclass(frozen=True)
-class AttractorSettings:
+class ATTRACTOR:
     """Distances and numbers of trials that verify an attractor."""
 
     # Distances are in scaled states
@@ -119,9 +118,6 @@ class AttractorSettings:
     search_periods: int = 256  # of each trajectory
     search_starts: int = 32  # trajectories at each, and starts of Newton's method
     same_branch: float = 1e-4  # distance of two orbits that are the same: branches are interpolated
-
-
-ATTRACTOR = AttractorSettings()
 
 
 class AttractorRegion(ABC):

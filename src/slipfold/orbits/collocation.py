@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +26,7 @@ from slipfold.orbits.meshes import (
 Places = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class MeshRule:
+class MESH:
     """What meshes of collocation are made for."""
 
     error: float = 1e-6  # inside an interval, in scaled states; less at nodes in smooth motion
@@ -40,9 +38,6 @@ class MeshRule:
     gone: float = 100.0  # exponent of decay over an interval of which exp(-84 / 100) is left
     growth: float = 4.0  # exponent of growth over an interval, which is solved from its first state
     reach: float = 0.2  # change of scaled states over which polynomials are extrapolated
-
-
-MESH = MeshRule()
 
 
 class Collocation(MeshDiscretization):

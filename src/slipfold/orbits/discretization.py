@@ -24,8 +24,7 @@ STAGES = 6
 with the 11th."""
 
 
-@dataclass(frozen=True)
-class RadauRule:
+class RADAU:
     """When intervals have Radau points."""
 
     resolved: float = 6.0  # radians of a vibration in an interval, of which points lose 0.4 percent
@@ -38,9 +37,6 @@ STIFF = 200.0
 in a chain make fifty; beams of three, four and five elements 190, 300 and 500, where shooting takes
 half, four times and ten times as long. Fast decay does not count: friction that is steep at rest is
 so for moments only."""
-
-
-RADAU = RadauRule()
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,7 @@ from slipfold.orbits.multipliers import Multipliers
 from slipfold.orbits.test_functions import Degeneracy
 
 
-@dataclass(frozen=True)
-class UnitOfTime:
+class UNIT:
     """The time over which multipliers of equilibria are stated."""
 
     angle: float = 0.8  # that the fastest rate makes: far from the half turn of a period doubling
@@ -25,9 +23,6 @@ class UnitOfTime:
     vibrates: float = 1e-9  # imaginary part over the fastest rate that rounding may make
     slow: float = 0.1  # norm of a Jacobian below which the unit stops: it is zero at a fold
     slowest: float = 1e-3  # ratio of rates beyond which decay does not set the unit
-
-
-UNIT = UnitOfTime()
 
 
 class Eigenvalues(Multipliers):

@@ -44,8 +44,7 @@ def revolutions_of_segments(
     )
 
 
-@dataclass(frozen=True)
-class ExtremaSearch:
+class PEAKS:
     """The search for extrema between samples."""
 
     # Samples of a forcing period: most extrema are then those of polynomials through them
@@ -68,8 +67,6 @@ class ExtremaSearch:
     dense: int = 1024  # samples of a forcing period of a motion with stick, which has corners
     still: float = 1e-6  # rates over scales of an equilibrium: those of a cycle are about one
 
-
-SEARCH = ExtremaSearch()
 
 AVERAGED = ("rms", "harmonic")
 """Measures of an output over an orbit that are means, beside those of its extrema."""
@@ -170,13 +167,13 @@ def find_extrema(
     if nodes.shape[1] == 1 and not model.forced:
         constants, zero = flow.constants(parameters, scales), np.zeros(len(nodes))
         rates = np.abs(flow.rates(nodes[:, 0], zero, constants)) / scales
-        if not np.any(rates > SEARCH.still):  # equilibria, also where rates are no numbers
+        if not np.any(rates > PEAKS.still):  # equilibria, also where rates are no numbers
             values = flow.outputs(nodes[:, 0], zero, constants)[:, columns]
             return Extrema(names, values, values.copy())
     low = np.empty((len(nodes), len(names)))
     high = np.empty_like(low)
-    numbers = SEARCH.samples * period * (flow.dimension + len(flow.output_names))
-    together = min(TOGETHER, max(1, SEARCH.memory // numbers))
+    numbers = PEAKS.samples * period * (flow.dimension + len(flow.output_names))
+    together = min(TOGETHER, max(1, PEAKS.memory // numbers))
     for first in range(0, len(nodes), together):
         some = slice(first, first + together)
         low[some], high[some] = _extrema_of_orbits(
@@ -191,7 +188,7 @@ def _extrema_of_orbits(
     """Extrema of some outputs over some orbits, each of shape (n_orbits, n_outputs)."""
     flow, (count, segments) = flow_of(model), nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
-    each = -(-SEARCH.samples * period // segments)
+    each = -(-PEAKS.samples * period // segments)
     # Neighbors in the lanes of the flow are the same part of all orbits: as many steps each.
     segment, orbit = (index.ravel() for index in np.indices((segments, count)))
     start, end = edges[segment], edges[segment + 1]
@@ -218,22 +215,22 @@ def _extrema_of_orbits(
     if len(jumping) and len(rough):
         first, own = jumping * total + places, constants.rows(jumping)
         closer = flow.sample(
-            samples[first], phases[first], phases[first] + spacing, SEARCH.zoom, own
+            samples[first], phases[first], phases[first] + spacing, PEAKS.zoom, own
         )
-        times = phases[first, None] + np.arange(SEARCH.zoom) * (spacing / SEARCH.zoom)
+        times = phases[first, None] + np.arange(PEAKS.zoom) * (spacing / PEAKS.zoom)
         flat = flow.outputs(
-            closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(SEARCH.zoom)
+            closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(PEAKS.zoom)
         )
         outputs = flat.reshape(*times.shape, -1)[:, :, columns]
         lowest = signs * values[orbit, at, column]
         for row in np.isin(orbit, jumping).nonzero()[0]:
             pieces = (jumping == orbit[row]).nonzero()[0]
             of_row = signs[row] * outputs[pieces, :, column[row]]
-            piece, place = divmod(int(of_row.argmin()), SEARCH.zoom)
+            piece, place = divmod(int(of_row.argmin()), PEAKS.zoom)
             if of_row[piece, place] < lowest[row]:
                 sample = pieces[piece], max(place - 1, 0)
                 states[row], start[row] = closer[sample], times[sample]
-                width[row] = spacing / SEARCH.zoom
+                width[row] = spacing / PEAKS.zoom
     if len(rough):
         own = constants.rows(orbit)
         found[rough] = refine_minimum(flow, own, states, start, width, columns[column], signs)
@@ -271,7 +268,7 @@ def _lowest(values: Array) -> Indices:
         heights = middle - (after - before) ** 2 / (8 * bend)
         least = np.full((count, outputs), np.inf)
         np.minimum.at(least, (own, other), heights)
-        near = heights <= least[own, other] + SEARCH.near * bend
+        near = heights <= least[own, other] + PEAKS.near * bend
         near &= at != nearest[own, other]
         more = np.full(np.count_nonzero(near), side)
         found.append([more, other[near], own[near], at[near]])
@@ -285,7 +282,7 @@ def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     Shapes: values (n_orbits, n_samples, n_outputs).
     """
     after = np.roll(values, -1, axis=1)
-    jumps = (np.abs(after - values) > SEARCH.jump * np.ptp(values, axis=1, keepdims=True)).any(
+    jumps = (np.abs(after - values) > PEAKS.jump * np.ptp(values, axis=1, keepdims=True)).any(
         axis=2
     )
     jumps |= np.roll(jumps, 1, axis=1) | np.roll(jumps, -1, axis=1)
@@ -314,33 +311,33 @@ def refine_minimum(
     closest = np.empty((len(columns), len(_PLACES)))
     going = np.arange(len(columns))
     width = np.broadcast_to(2.0 * np.asarray(spacing), len(going))
-    for zoom in range(1, SEARCH.max_zooms + 1):
+    for zoom in range(1, PEAKS.max_zooms + 1):
         rows, own = np.arange(len(going)), constants.rows(going)
-        fine = flow.sample(states, start, start + width, SEARCH.zoom, own)
-        at = start[:, None] + np.arange(SEARCH.zoom) * (width / SEARCH.zoom)[:, None]
-        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(SEARCH.zoom))
-        values = flat.reshape(len(going), SEARCH.zoom, -1)[rows, :, columns[going]]
+        fine = flow.sample(states, start, start + width, PEAKS.zoom, own)
+        at = start[:, None] + np.arange(PEAKS.zoom) * (width / PEAKS.zoom)[:, None]
+        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(PEAKS.zoom))
+        values = flat.reshape(len(going), PEAKS.zoom, -1)[rows, :, columns[going]]
         values = signs[going, None] * values
         lowest = values.argmin(axis=1)
         # Of few numbers this takes a fourth of the time that `numpy.clip` does.
-        best = np.minimum(np.maximum(lowest, SEARCH.neighbors), SEARCH.zoom - 1 - SEARCH.neighbors)
+        best = np.minimum(np.maximum(lowest, PEAKS.neighbors), PEAKS.zoom - 1 - PEAKS.neighbors)
         closest[going] = beside = values[rows[:, None], best[:, None] + _PLACES]
         least, bend = beside.min(axis=1), _bend(beside)
         # Each continues individually: others change no digit of it.
-        on = bend > SEARCH.bend * np.abs(values).max(axis=1)
-        if zoom < SEARCH.zooms:
+        on = bend > PEAKS.bend * np.abs(values).max(axis=1)
+        if zoom < PEAKS.zooms:
             on |= ~_is_smooth(beside)
         if enough is not None:
             on &= ~(least - np.abs(bend) > enough[going])
         if not on.any():
             break
-        best = np.minimum(np.maximum(lowest, 1), SEARCH.zoom - 2)
+        best = np.minimum(np.maximum(lowest, 1), PEAKS.zoom - 2)
         going, states, start = going[on], fine[rows, best - 1][on], at[rows, best - 1][on]
-        width = (2 * width / SEARCH.zoom)[on]
+        width = (2 * width / PEAKS.zoom)[on]
     return _least_between(closest)
 
 
-_PLACES = np.arange(-SEARCH.neighbors, SEARCH.neighbors + 1)
+_PLACES = np.arange(-PEAKS.neighbors, PEAKS.neighbors + 1)
 _ORDERS = np.arange(len(_PLACES))[:, None]
 _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
 _SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
@@ -348,7 +345,7 @@ _SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 
 def _is_smooth(values: Array) -> Mask:
     """Return whether samples lie on a polynomial, (k, 2 neighbors + 1) to (k,)."""
-    return np.asarray(np.abs(values @ _SIXTH) <= SEARCH.smooth * np.abs(values).max(axis=1))
+    return np.asarray(np.abs(values @ _SIXTH) <= PEAKS.smooth * np.abs(values).max(axis=1))
 
 
 def _middle(values: Array) -> NDArray[np.intp]:
@@ -387,7 +384,7 @@ def contact_extrema(model: Model, state: Array, mode: Mode, count: int) -> tuple
     """
     scales, sides = flow_of(model).constants_of(model).scales, list[Array]()
     for part in dense_phases(model, state, mode, float(count)):
-        size = math.ceil(SEARCH.dense * (part.end - part.begin)) + SEARCH.zoom
+        size = math.ceil(PEAKS.dense * (part.end - part.begin)) + PEAKS.zoom
         phases, states = np.linspace(part.begin, part.end, size), np.tile(part.state, (size, 1))
         if part.polynomials is not None:
             states[:-1] = part.polynomials(phases[:-1])[:, : len(state)] * scales
@@ -400,8 +397,8 @@ def contact_extrema(model: Model, state: Array, mode: Mode, count: int) -> tuple
 
 def _least_of_part(values: Array) -> Array:
     """Return the minima of outputs from equidistant samples of a smooth phase, (m, q) to (q,)."""
-    last = len(values) - 1 - SEARCH.neighbors
-    at = np.clip(values.argmin(axis=0), SEARCH.neighbors, last) + _PLACES[:, None]
+    last = len(values) - 1 - PEAKS.neighbors
+    at = np.clip(values.argmin(axis=0), PEAKS.neighbors, last) + _PLACES[:, None]
     beside = np.take_along_axis(values, at, axis=0).T
     with np.errstate(invalid="ignore"):  # an output may be infinite at rest
         known = np.isfinite(beside).all(axis=1)
@@ -414,7 +411,7 @@ def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     It has a whole period at least.
     """
     settlement = motion.settlement
-    count = motion.steady_periods(1 if settlement.settled else SEARCH.periods)
+    count = motion.steady_periods(1 if settlement.settled else PEAKS.periods)
     columns = [flow_of(motion.model).output_index(name) for name in names]
     model = motion.steady_model
     # A round of a cycle takes no whole number of intervals, so that it begins at the last state.

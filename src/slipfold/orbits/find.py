@@ -23,8 +23,7 @@ from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.orbits.continued import fitted, hold_parameter
-from slipfold.orbits.first_orbits import SEARCH as FIRST
-from slipfold.orbits.first_orbits import find_cycle, find_response
+from slipfold.orbits.first_orbits import FIRST, find_cycle, find_response
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.modal_shooting import shooting_for
@@ -38,8 +37,7 @@ from slipfold.progress import Observer
 GivenState = ArrayLike | Mapping[str, float | str] | None
 
 
-@dataclass(frozen=True)
-class OrbitSearch:
+class ORBIT:
     """The search for an orbit near a state."""
 
     max_period: int = 64  # in forcing periods
@@ -51,9 +49,6 @@ class OrbitSearch:
     repeated: float = 1e-6  # distance in scales after a period of a motion that nearly repeats
     between: int = 16  # periods after which it is looked at again
     returned: float = 0.05  # distance over the extent, or in scales, at which an orbit is near
-
-
-SEARCH = OrbitSearch()
 
 
 def periodic_orbit(
@@ -109,13 +104,13 @@ def periodic_orbit(
     >>> round(cycle.duration, 9)
     6.663286859
     """
-    if period not in range(1, SEARCH.max_period + 1):
+    if period not in range(1, ORBIT.max_period + 1):
         raise InputError(
-            f"period = {period!r} is not a whole number from 1 to {SEARCH.max_period}; give e.g. 2"
+            f"period = {period!r} is not a whole number from 1 to {ORBIT.max_period}; give e.g. 2"
         )
-    if settle not in range(1, SEARCH.max_settling + 1):
+    if settle not in range(1, ORBIT.max_settling + 1):
         raise InputError(
-            f"settle = {settle!r} is not a whole number from 1 to {SEARCH.max_settling}; "
+            f"settle = {settle!r} is not a whole number from 1 to {ORBIT.max_settling}; "
             "give e.g. 400"
         )
     on_wall = not may_slip(model)
@@ -210,7 +205,7 @@ class _Search:
         start = model.start if state is None else state
         # Newton's method takes over from where the trajectory nearly repeats.
         hybrid = HybridIntegration.begin(model, start, own_duration=True, energies=False)
-        motion = self._repeating(hybrid) if forced else hybrid.run(None, SEARCH.repeated)
+        motion = self._repeating(hybrid) if forced else hybrid.run(None, ORBIT.repeated)
         if motion.stopped is not None:
             raise InputError(f"no orbit was found: {motion.stopped.reason}")
         settlement = motion.settlement
@@ -233,21 +228,21 @@ class _Search:
         orbit = self._as_orbit(orbits, found)
         if self.period > 1:
             hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
-            _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).states)
+            _refuse_shorter(orbit, hybrid.run(self.period, ORBIT.same).states)
         return orbit
 
     def _repeating(self, hybrid: HybridIntegration) -> Trajectory:
         """Follow a trajectory until it nearly repeats, or for all periods."""
-        every = self.period * -(-SEARCH.between // self.period)
+        every = self.period * -(-ORBIT.between // self.period)
         hybrid.advance(self.settle % self.period)  # it begins in the phase in which all would end
         while hybrid.periods < self.settle:
             hybrid.advance(min(every, self.settle - hybrid.periods))
             if hybrid.stopped is not None:
                 break
             last, before = hybrid.states[[-1, -1 - self.period]]
-            if distances(hybrid.model, last, before) < SEARCH.repeated:
+            if distances(hybrid.model, last, before) < ORBIT.repeated:
                 break
-        return hybrid.result(SEARCH.repeated)
+        return hybrid.result(ORBIT.repeated)
 
     def in_slip(self, orbit: PeriodicOrbit) -> PeriodicOrbit:
         """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""
@@ -305,10 +300,10 @@ def as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
 def _revolutions(cycle: PeriodicOrbit) -> int:
     """Return how often a cycle returns to where it began."""
     flow, model = flow_of(cycle.model), cycle.model
-    phases = np.append(0.0, 1 / np.arange(SEARCH.revolutions, 1, -1))
+    phases = np.append(0.0, 1 / np.arange(ORBIT.revolutions, 1, -1))
     states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
-    back = np.flatnonzero(distances(model, states, cycle.state) < SEARCH.same)
-    return int(SEARCH.revolutions - back[0]) if len(back) else 1
+    back = np.flatnonzero(distances(model, states, cycle.state) < ORBIT.same)
+    return int(ORBIT.revolutions - back[0]) if len(back) else 1
 
 
 def _refuse_shorter(orbit: PeriodicOrbit, states: Array) -> None:
@@ -319,7 +314,7 @@ def _refuse_shorter(orbit: PeriodicOrbit, states: Array) -> None:
     count, model = orbit.period, orbit.model
     for shorter in range(1, count):
         moved = distances(model, states[shorter], states[0])
-        if count % shorter == 0 and moved < SEARCH.same:
+        if count % shorter == 0 and moved < ORBIT.same:
             raise InputError(
                 f"the orbit found for period {count} has period {shorter}; give a state nearer to "
                 f"an orbit of period {count}, or ask for period {shorter}"
@@ -333,7 +328,7 @@ def attractor_from(
     model: Model, state: GivenState = None, observer: Observer | None = None
 ) -> PeriodicOrbit | Array:
     """Return the orbit or equilibrium to which a trajectory from a state converges."""
-    periods = SEARCH.transient if model.forced else None
+    periods = ORBIT.transient if model.forced else None
     motion = simulate(model, periods, state, observer=observer)
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         raise KeyboardInterrupt
@@ -373,11 +368,11 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    states = GuardedFlow(model, constants, start).iterates(start, 2 * max(SEARCH.periods))
+    states = GuardedFlow(model, constants, start).iterates(start, 2 * max(ORBIT.periods))
     apart = np.abs(wrap_angles(states[1:] - start, model.angle_periods) / constants.scales)
-    likely = np.flatnonzero(apart.max(axis=1) <= SEARCH.returned)[:1] + 1
+    likely = np.flatnonzero(apart.max(axis=1) <= ORBIT.returned)[:1] + 1
     failure: InputError | None = None
-    for period in dict.fromkeys((*likely.tolist(), *SEARCH.periods)):
+    for period in dict.fromkeys((*likely.tolist(), *ORBIT.periods)):
         try:
             return periodic_orbit(model, period, start)
         except InputError as error:
@@ -391,7 +386,7 @@ def _returns(model: Model, start: Array) -> bool:
     changed, _ = with_duration(model, start, None)
     flow = flow_of(changed)
     constants = flow.constants_of(changed)
-    motion = flow.dense(start, constants, float(SEARCH.transient), SEARCH.transient)
+    motion = flow.dense(start, constants, float(ORBIT.transient), ORBIT.transient)
     if motion is None:
         return False
     finely = np.linspace(0.0, motion.end, 8 * len(motion.phases))
@@ -399,4 +394,4 @@ def _returns(model: Model, start: Array) -> bool:
     away = np.linalg.norm(apart / constants.scales, axis=1)
     extent = float(away.max())
     left = np.flatnonzero(away > 0.5 * extent)
-    return extent > 0 and bool((away[left[0] :] < SEARCH.returned * extent).any())
+    return extent > 0 and bool((away[left[0] :] < ORBIT.returned * extent).any())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import accumulate
 
@@ -32,8 +32,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.shooting import SEGMENTS
 
 
-@dataclass(frozen=True)
-class FirstOrbitSearch:
+class FIRST:
     """The search for a first orbit."""
 
     near: float = 0.3  # distance from the linear response, in scales, beyond which branches differ
@@ -48,12 +47,9 @@ class FirstOrbitSearch:
     at_rest: float = 1e-6  # change in scales below which it is at an equilibrium
 
 
-SEARCH = FirstOrbitSearch()
-
-
 STIFF = (
-    f"motion is stiff, and within {sum(SEARCH.stiff_settling)} forcing periods or "
-    f"{SEARCH.stiff_steps} implicit steps from rest it comes near no orbit"
+    f"motion is stiff, and within {sum(FIRST.stiff_settling)} forcing periods or "
+    f"{FIRST.stiff_steps} implicit steps from rest it comes near no orbit"
 )
 
 RISING = Coarse(steps=replace(CONTINUING.steps, turn=0.6))
@@ -77,7 +73,7 @@ def find_response(
     `on_progress` is called with the number of forcing periods that a trajectory has lasted.
     """
     guess = guess_orbit(orbits, value)
-    if guess.converged and guess.distance <= SEARCH.near:
+    if guess.converged and guess.distance <= FIRST.near:
         return orbits, guess
     model = orbits.model.replace(**{orbits.vary: value})
     if implicitly and not guess.converged and _is_stiff(orbits, model):
@@ -89,7 +85,7 @@ def find_response(
     risen = _from_zero_forcing(orbits, model, value, from_rest)
     if not isinstance(risen, str):
         return orbits, risen
-    settled = from_rest(SEARCH.settling)
+    settled = from_rest(FIRST.settling)
     if settled is not None:
         return orbits, settled
     return orbits, guess if guess.converged else replace(guess, failure=risen)
@@ -119,7 +115,7 @@ def _from_zero_forcing(
     if not rest.converged:
         return f"there is no rest state with {forcing} = 0: {rest.failure}"
     # Growth of an undamped state by rounding is none.
-    settled = from_rest(SEARCH.settling[:1], stable=True) if _growth(rest) > 1 + 1e-6 else None
+    settled = from_rest(FIRST.settling[:1], stable=True) if _growth(rest) > 1 + 1e-6 else None
     if settled is not None:
         return settled
     reached = continue_to(
@@ -159,7 +155,7 @@ def _from_rest(
         nodes = flow.sample(state[None], zero, zero + 1, orbits.segments, constants)[0]
         found = _corrected(orbits, nodes, value)
         if found.converged and (
-            not stable or (found.distance <= SEARCH.near / 10 and _growth(found) < 1)
+            not stable or (found.distance <= FIRST.near / 10 and _growth(found) < 1)
         ):
             return found
     return None
@@ -167,7 +163,7 @@ def _from_rest(
 
 def _corrected(orbits: ForcedOrbits, nodes: Array, value: float) -> Correction:
     guess = orbits.join(nodes, value)
-    return correct(orbits, guess, hold_parameter(orbits.size), iterations=SEARCH.iterations)
+    return correct(orbits, guess, hold_parameter(orbits.size), iterations=FIRST.iterations)
 
 
 # -- stiff responses -----------------------------------------------------------------------------
@@ -220,7 +216,7 @@ class _StiffSearch:
     def closed(self) -> DenseTrajectory | None:
         """Return such a trajectory, None where none is found within the budget."""
         state = self._model.start
-        for periods in SEARCH.stiff_settling:
+        for periods in FIRST.stiff_settling:
             for _ in range(periods):
                 settling = self._period(state)
                 if settling is None:
@@ -234,7 +230,7 @@ class _StiffSearch:
     def _period(self, state: Array) -> DenseTrajectory | None:
         """Return the trajectory of a period, None if it does not end or the budget is used up."""
         self._on_progress(self._periods)
-        motion = None if self._steps >= SEARCH.stiff_steps else self._fallback.period(state)
+        motion = None if self._steps >= FIRST.stiff_steps else self._fallback.period(state)
         if motion is not None:
             self._periods += 1
             self._steps += len(motion.phases) - 1
@@ -273,9 +269,9 @@ def find_cycle(
     paced = model.replace(duration=unit)
     if state is None:
         start = model.start
-        if np.abs(functions.rates(paced, start) * unit / scales).max() <= SEARCH.at_rest:
+        if np.abs(functions.rates(paced, start) * unit / scales).max() <= FIRST.at_rest:
             start = start + 0.01 * scales  # beside the equilibrium
-        state = _trajectory(paced, start, SEARCH.window * max(1, settle // 100))[-1]
+        state = _trajectory(paced, start, FIRST.window * max(1, settle // 100))[-1]
         state = wrap_angles(state, model.angle_periods)
     if duration is None:
         duration = unit * _first_return(paced, state)
@@ -289,7 +285,7 @@ def find_cycle(
 def _trajectory(paced: Model, state: Array, units: int) -> Array:
     """Sample a trajectory over units of time; refuse one that leaves the model."""
     flow = flow_of(paced)
-    grid = np.linspace(0, units, units * SEARCH.samples + 1)
+    grid = np.linspace(0, units, units * FIRST.samples + 1)
     states = flow.trajectory(state, flow.constants_of(paced), grid)
     if not np.isfinite(states).all():
         raise InputError(
@@ -302,10 +298,10 @@ def _trajectory(paced: Model, state: Array, units: int) -> Array:
 def _first_return(paced: Model, state: Array) -> float:
     """Return after how many units of time a trajectory first returns near its beginning."""
     scales, flow = paced.state_scales(), flow_of(paced)
-    for window in range(SEARCH.windows):  # each begins at the end of the last
-        units = SEARCH.window * 2**window
+    for window in range(FIRST.windows):  # each begins at the end of the last
+        units = FIRST.window * 2**window
         states = _trajectory(paced, state, units)
-        if float(np.abs((states - state) / scales).max()) < SEARCH.at_rest:
+        if float(np.abs((states - state) / scales).max()) < FIRST.at_rest:
             break
         grid = np.linspace(0, units, len(states))
         rates = flow.rates(states, grid, flow.constants_of(paced))
@@ -341,7 +337,7 @@ def _nearest_passage(grid: Array, away: Array, rates: Array, angle_periods: Arra
         return None
     passed = CubicHermiteSpline(grid, away, rates)(times)
     distances = np.linalg.norm(wrap_angles(passed, angle_periods), axis=1)
-    if distances.min() > SEARCH.returned * extent:
+    if distances.min() > FIRST.returned * extent:
         return None
     # The first return that is about as near as the nearest, as far as samples show.
     near = max(3.0 * distances.min(), 1e-5 * extent)

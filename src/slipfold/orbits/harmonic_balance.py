@@ -17,8 +17,7 @@ from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable
 
 
-@dataclass(frozen=True)
-class BalanceSettings:
+class BALANCE:
     """How many harmonics, how Newton's method ends, and what counts as zero."""
 
     fewest: int = 8  # harmonics of a forcing period that are kept in any case
@@ -38,9 +37,6 @@ class BalanceSettings:
     ring: float = 1e-2  # relative radius of a circle about those, and points on it: at one tenth
     points: int = 8  # of it their own distances are seen to 1e-8, at ten times it others not
     regular: float = 1e6  # condition of the eigenvectors beyond which matrices are solved instead
-
-
-BALANCE = BalanceSettings()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -22,17 +21,13 @@ from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 
-@dataclass(frozen=True)
-class LimitSearch:
+class LIMIT:
     """The search for where an orbit is nearest to a limit."""
 
     samples: int = 48  # a forcing period, of the first look
     near: float = 0.01  # fraction of scales, or of a swing: orbits of maps move a thousandth of it
     ahead: float = 1e-6  # arclength beyond the last orbit, a thousand times the shortest step
     distance: float = 1e-3  # of its limit from that orbit, in scales: the root of `ahead` at most
-
-
-SEARCH = LimitSearch()
 
 
 def far_above(bounds: Array, swings: Array) -> Array:
@@ -43,7 +38,7 @@ def far_above(bounds: Array, swings: Array) -> Array:
 
     Shapes: bounds (n_limits,); swings (..., n_limits), as is what is returned.
     """
-    return np.asarray(bounds + np.where(bounds > 0, bounds, SEARCH.near * swings))
+    return np.asarray(bounds + np.where(bounds > 0, bounds, LIMIT.near * swings))
 
 
 def limit_margins(orbits: Orbits, z: Array) -> tuple[Array, Array]:
@@ -62,7 +57,7 @@ def limit_margins(orbits: Orbits, z: Array) -> tuple[Array, Array]:
         return np.full(len(limits), np.inf), np.zeros(len(limits))
     flow, constants = orbits.flow, orbits.constants(z)
     known = orbits.by.stage_states(orbits.nodes(z), constants)
-    if known is not None and len(known[1]) >= SEARCH.samples * orbits.period:
+    if known is not None and len(known[1]) >= LIMIT.samples * orbits.period:
         columns, bounds = _watched(flow, limits)
         values = flow.outputs(*known, constants)[:, columns]
         fall = np.abs(values - np.roll(values, 1, axis=0)).max(axis=0)
@@ -145,7 +140,7 @@ def is_singular_near(orbits: Orbits, z: Array) -> bool:
         nodes = orbits.evenly(z)
         grid = _grid(len(nodes), orbits.period)
         samples, phases = flow.along(nodes, grid, constants).reshape(grid.size, -1), grid.ravel()
-    around = SEARCH.near * np.diag(orbits.scales)
+    around = LIMIT.near * np.diag(orbits.scales)
     return not all(
         np.isfinite(flow.rates(samples + step, phases, constants)).all()
         for step in (*around, *-around)
@@ -155,7 +150,7 @@ def is_singular_near(orbits: Orbits, z: Array) -> bool:
 @cache
 def _grid(segments: int, period: int) -> Array:
     """Phases of the first look, shape (segments, samples on each)."""
-    each = -(-SEARCH.samples * period // segments)
+    each = -(-LIMIT.samples * period // segments)
     spacing = period / (segments * each)
     phases: Array = np.arange(segments * each, dtype=float) * spacing
     return phases.reshape(segments, each)
@@ -175,7 +170,7 @@ def limit_ahead(orbits: Orbits, last: OrbitPoint) -> str | None:
     No orbit meets it, and so nothing along the curve changes its sign. But a trajectory from where
     the next orbit is expected does.
     """
-    by, expected = orbits.by, last.z + SEARCH.ahead * last.tangent
+    by, expected = orbits.by, last.z + LIMIT.ahead * last.tangent
     if not isinstance(by, SwitchedShooting) or not by.switched.limits:
         return None
     nodes, constants = orbits.nodes(expected), orbits.constants(expected)
@@ -196,4 +191,4 @@ def _is_at_limit(broken: Broken, orbits: Orbits, last: OrbitPoint) -> bool:
         return False
     at = np.array([part.end])
     state = by.states(orbits.nodes(last.z), orbits.constants(last.z), at)[0]
-    return float(np.linalg.norm((part.state - state) / by.scales)) < SEARCH.distance
+    return float(np.linalg.norm((part.state - state) / by.scales)) < LIMIT.distance

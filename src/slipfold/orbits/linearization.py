@@ -17,8 +17,7 @@ from slipfold.continuation.newton import LeastSquares, SquareMatrix, WholeMatrix
 Places = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class EliminationSettings:
+class ELIMINATION:
     """How the linear equations of an orbit are solved."""
 
     # Weight of the rows that are full while pivots are chosen. One that became a pivot early would
@@ -30,9 +29,6 @@ class EliminationSettings:
     growth: float = 1e3
     # Unknowns up to which one inversion of the whole matrix is quicker than sparse factors
     large: int = 64
-
-
-ELIMINATION = EliminationSettings()
 
 
 class Sparse(SquareMatrix):

@@ -28,8 +28,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, Piece, SwitchedShooting, in_turn
 
 
-@dataclass(frozen=True)
-class EventWindow:
+class WINDOW:
     """The search for changes of contacts that an orbit only just meets."""
 
     off_center: float = 0.25  # fraction of the reach that an event may be off the middle
@@ -41,9 +40,6 @@ class EventWindow:
     exact: float = 1e-9  # step of secants that ends them: the error is of the next one
     alike: float = 1.01  # ratio of margins of what may be the same event a period later
     instant: float = 1e-7  # phases of stick that count as none, as of a symmetric orbit
-
-
-WINDOW = EventWindow()
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,7 @@ from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.switched_shooting import DIFFERENCED
 
 
-@dataclass(frozen=True)
-class MeasureSettings:
+class MEASURE:
     """How the extrema of an output over an orbit are found, and how exactly."""
 
     samples: int = 64  # a forcing period or round, besides the nodes: they find the right extremum
@@ -34,8 +33,6 @@ class MeasureSettings:
     change: float = 1e-12
     points: int = 16  # of a Gaussian rule, between changes of contacts: a quarter of `samples`
 
-
-SEARCH = MeasureSettings()
 
 WEIGHTS = {"max": {1: 1.0}, "min": {-1: 1.0}, "peak_to_peak": {-1: -1.0, 1: 1.0}}
 """Weights of minimum (-1) and maximum (1) in each measure."""
@@ -108,7 +105,7 @@ class Extremal:
         whole[:size, :size] = np.concatenate(rows)
         # Vectors along no axis of anything are borders of any matrix.
         left = right = np.append(np.cos(np.arange(1.0, size + 1)), 0.0)
-        for _ in range(SEARCH.borders):
+        for _ in range(MEASURE.borders):
             whole[:size, size] = left[:size] / np.linalg.norm(left[:size])
             whole[size, :size] = right[:size] / np.linalg.norm(right[:size])
             bordered = FactoredMatrix(whole)
@@ -138,7 +135,7 @@ class Extremal:
             whole = left[:size] @ orbits.linearize(there).jacobian[:size]
             return np.asarray(whole + weight * np.sum(found, axis=0))
 
-        step = SEARCH.step if smooth else DIFFERENCED
+        step = MEASURE.step if smooth else DIFFERENCED
         result = (rows(step) - rows(-step)) / (2 * step)
         moved = [share * item.moved(right) for (_, share), item in pairs if smooth]
         return result + weight * np.sum(moved, axis=0)
@@ -163,7 +160,7 @@ class _Extremum:
 
     def moved(self, direction: Array) -> Array:
         """Return the change of the gradient by the phase, which moves along a direction."""
-        rates = self.change / (2 * SEARCH.apart)
+        rates = self.change / (2 * MEASURE.apart)
         return np.asarray(
             -rates * (self.change @ direction) / self.turn if self.turn else 0 * rates
         )
@@ -180,12 +177,12 @@ class _Along:
     def extremum(self, sign: int) -> _Extremum:
         """Return the minimum (-1) or maximum (1)."""
         phase = self._phase_of(sign)
-        around = phase + np.array([-SEARCH.apart, 0.0, SEARCH.apart])
+        around = phase + np.array([-MEASURE.apart, 0.0, MEASURE.apart])
         if self._by.smooth and np.ptp(self._by.before(around)[0]) == 0:
             rows, speeds = self._rows(around)
             change, turn = rows[2] - rows[0], float(speeds[2] - speeds[0])
             return _Extremum(phase, rows[1], change, turn, True)
-        rows, speeds = self._rows(phase + np.array([-SEARCH.aside, SEARCH.aside]))
+        rows, speeds = self._rows(phase + np.array([-MEASURE.aside, MEASURE.aside]))
         turns = speeds[0] * speeds[1] < 0
         weights = np.abs(speeds[::-1]) / np.abs(speeds).sum() if turns else np.full(2, 0.5)
         return _Extremum(phase, np.asarray(weights @ rows), rows[1] - rows[0], 0.0, False)
@@ -196,7 +193,7 @@ class _Along:
 
     def mean(self, measure: str) -> tuple[float, Array, Array]:
         """Return a mean of the output, the phases of its samples, and its derivatives by these."""
-        count, before = SEARCH.samples, np.inf
+        count, before = MEASURE.samples, np.inf
         while True:
             phases, shares = self._samples(count)
             values = self._values(phases)
@@ -207,10 +204,10 @@ class _Along:
                 turned = 2 * shares * np.exp(-2j * np.pi * phases)
                 part = turned @ values
                 size = float(abs(part))
-                vibrates = size > SEARCH.change * np.abs(values).max()  # else it is rounding
+                vibrates = size > MEASURE.change * np.abs(values).max()  # else it is rounding
                 weights = (np.conj(part) * turned).real * (vibrates / (size or 1.0))
-            settled = abs(size - before) <= SEARCH.change * np.abs(values).max()
-            if settled or count >= SEARCH.most:
+            settled = abs(size - before) <= MEASURE.change * np.abs(values).max()
+            if settled or count >= MEASURE.most:
                 return size, phases, weights
             count, before = 2 * count, size
 
@@ -223,10 +220,10 @@ class _Along:
         if by.smooth:
             even = np.arange(count * by.period) / count
             return by.before(by.phase + even)[1], np.full(len(even), 1 / len(even))
-        points, shares = np.polynomial.legendre.leggauss(SEARCH.points)
+        points, shares = np.polynomial.legendre.leggauss(MEASURE.points)
         ends = np.clip(by.changes(self._nodes, self._constants), by.phase, by.phase + by.period)
         edges = np.concatenate([[by.phase], np.sort(ends), [by.phase + by.period]])
-        panels = np.ceil(np.diff(edges) * count / SEARCH.points).astype(int)
+        panels = np.ceil(np.diff(edges) * count / MEASURE.points).astype(int)
         begins = np.repeat(edges[:-1], panels)
         lengths = np.repeat(np.diff(edges) / np.maximum(panels, 1), panels)
         begins += lengths * np.concatenate([np.arange(some) for some in panels])
@@ -269,9 +266,9 @@ class _Along:
         from scipy.optimize import brentq
 
         by = self._by
-        even = np.arange(SEARCH.samples * by.period) / SEARCH.samples
+        even = np.arange(MEASURE.samples * by.period) / MEASURE.samples
         phases = np.sort(np.append(by.phase + even, by.start))
-        phases = phases[np.diff(phases, append=np.inf) > SEARCH.aside]
+        phases = phases[np.diff(phases, append=np.inf) > MEASURE.aside]
         values = self._values(phases)
         place = int(np.argmax(sign * values))
         left = phases[place - 1] - (by.period if place == 0 else 0.0)
@@ -285,7 +282,7 @@ class _Along:
 
         if not speed(left) > 0 > speed(right):  # it is constant, or turns at once
             return float(phases[place])
-        return float(brentq(speed, left, right, xtol=SEARCH.exact))
+        return float(brentq(speed, left, right, xtol=MEASURE.exact))
 
     def _slopes(self, state: Array, phase: float) -> tuple[Array, Array, float]:
         """Return the derivatives by a state and by what is free, and the rate. Shapes: state (n,).

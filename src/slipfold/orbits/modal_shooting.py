@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -24,8 +23,7 @@ from slipfold.orbits.shooting import SEGMENTS, Shooting
 Places = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class ModalMesh:
+class SHOTS:
     """What meshes of modal shooting are made for."""
 
     stages: int = 8  # points an interval, at which forces are met
@@ -47,9 +45,6 @@ class ModalMesh:
     # Perturbations of forces by fast modes are polynomials as well
     turn: float = 10.0  # radians of a mode in an interval: its multiplier is right to 1e-7
     gone: float = 0.03  # what is left of a mode after a period that needs not be resolved
-
-
-MESH = ModalMesh()
 
 
 class ModalShooting(MeshDiscretization, Shooting):
@@ -79,9 +74,9 @@ class ModalShooting(MeshDiscretization, Shooting):
     ) -> None:
         equations = modal_equations_of(model)
         assert equations is not None
-        self.equations, self.points = equations, gauss_points(MESH.stages)
+        self.equations, self.points = equations, gauss_points(SHOTS.stages)
         if mesh is None:
-            each = _repeating(MESH.first, segments, period)
+            each = _repeating(SHOTS.first, segments, period)
             mesh = np.linspace(0.0, period, each * segments + 1)
         self._mesh, own = mesh.copy(), (len(mesh) - 1) // segments
         self._mesh[::own] = np.linspace(0.0, period, segments + 1)
@@ -94,7 +89,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         symmetry = self.equations.symmetry
         count = 1 if symmetry is None or period > 1 else math.gcd(symmetry[0], segments)
         lengths = np.diff(self._mesh).reshape(count, -1)
-        alike = count > 1 and np.ptp(lengths, axis=0).max() < MESH.grid
+        alike = count > 1 and np.ptp(lengths, axis=0).max() < SHOTS.grid
         return count if alike and self.equations.order(self._turn(count)) else 1
 
     def _turn(self, count: int) -> Array:
@@ -207,7 +202,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         by, (m, n) = self if first is None else first[0], nodes.shape
         close = SWEEP.early if first is None else SWEEP.close
         solved = by._solved(nodes[: by.segments], constants, close=close)
-        if solved and solved.rough and np.abs(self._missed(solved, nodes)).max() < MESH.certain:
+        if solved and solved.rough and np.abs(self._missed(solved, nodes)).max() < SHOTS.certain:
             solved = self._solved(nodes, constants)
         if solved is None:
             nothing = np.full((m, n, n + len(self.units)), np.nan)
@@ -244,7 +239,7 @@ class ModalShooting(MeshDiscretization, Shooting):
             self._part, self._turns = part, self._out @ np.array(powers) @ self._into
         scaled = (nodes / self.scales).reshape(self.images, -1, nodes.shape[1])
         apart = scaled - times(self._turns[:, None], scaled[:1])
-        if np.abs(apart).max() > MESH.alike * max(1.0, np.abs(scaled).max()):
+        if np.abs(apart).max() > SHOTS.alike * max(1.0, np.abs(scaled).max()):
             return None
         return self._part, self._turns, apart.reshape(nodes.shape)
 
@@ -280,7 +275,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         intervals = self._between(start, beyond, constants)
         # Motions at the points, from the polynomials through those of the whole intervals
         places = (beyond / np.diff(self._mesh)[at])[:, None] * self.points.points
-        weights = np.polynomial.legendre.legvander(2 * places - 1, MESH.stages - 1)
+        weights = np.polynomial.legendre.legvander(2 * places - 1, SHOTS.stages - 1)
         motions = weights @ self.points.transform @ solved.motions[row]
         first, given = solved.nodes[step, segment], (constants, solved.changes)
         part = solve_segments(intervals, *given, first, motions, self._sizes, close)
@@ -316,7 +311,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         if (first := self._first_of(nodes)) is not None:
             by, turns, _ = first
             which, own = np.divmod((phases - self.phase) % self.period, by.end[-1])
-            once, at = np.unique(np.round(own / MESH.grid) * MESH.grid, return_inverse=True)
+            once, at = np.unique(np.round(own / SHOTS.grid) * SHOTS.grid, return_inverse=True)
             known = by.states(nodes[: by.segments], constants, once)[at] / self.scales
             return times(turns[which.astype(np.intp) % len(turns)], known) * self.scales
         solved = self._solved(nodes, constants)
@@ -344,7 +339,7 @@ class ModalShooting(MeshDiscretization, Shooting):
     ) -> tuple[Self, Array, Array]:
         """Return the same on another, finer mesh, so that the errors are others."""
         count = len(self._mesh) - 1
-        each = int(np.ceil(MESH.finer * count / self.segments))
+        each = int(np.ceil(SHOTS.finer * count / self.segments))
         each = _repeating(each, self.segments, self.copies)
         places = np.linspace(0.0, count, each * self.segments + 1)
         other = self.on(np.interp(places, np.arange(count + 1), self._mesh))
@@ -357,15 +352,15 @@ class ModalShooting(MeshDiscretization, Shooting):
         nodes: Array,
         constants: Constants,
         blocks: Array | None = None,
-        tries: int = MESH.attempts,
+        tries: int = SHOTS.attempts,
     ) -> Self | None:
         """Return the same on a mesh that fits an orbit better, None if its own serves."""
         first = self._first_of(nodes)
         by = self if first is None else first[0]
-        solved = by._solved(nodes[: by.segments], constants, MESH.near)
+        solved = by._solved(nodes[: by.segments], constants, SHOTS.near)
         if solved is None or not tries:
             return None
-        order, lengths = MESH.stages + 1, np.diff(self._mesh)
+        order, lengths = SHOTS.stages + 1, np.diff(self._mesh)
         density = np.zeros(len(lengths))
         for rates, error in self._resolved(solved):
             if not rates.size:  # a linear model
@@ -379,11 +374,11 @@ class ModalShooting(MeshDiscretization, Shooting):
         parts = self.segments // math.gcd(self.segments, self.copies)
         needed = (density * np.diff(pattern)).reshape(parts, -1).sum(axis=1)
         most = float(needed.max() + FLOOR * needed.mean()) * self.copies * parts / self.segments
-        each = min(max(2, int(np.ceil(MESH.spare * most))), MESH.most)
+        each = min(max(2, int(np.ceil(SHOTS.spare * most))), SHOTS.most)
         each = _repeating(each, self.segments, self.copies)
         own = len(lengths) // self.segments
-        fits = errors.max() <= MESH.slack and turning * lengths.max() <= MESH.finer
-        if (fits or own >= MESH.most) and own <= MESH.wasteful * each:
+        fits = errors.max() <= SHOTS.slack and turning * lengths.max() <= SHOTS.finer
+        if (fits or own >= SHOTS.most) and own <= SHOTS.wasteful * each:
             return None
         edges = spread(pattern, density, each * self.segments // self.copies, parts)
         other = self.on(repeated(edges, self.copies))
@@ -392,8 +387,8 @@ class ModalShooting(MeshDiscretization, Shooting):
     def _turning(self, constants: Constants) -> float:
         """Return how many intervals a unit of phase the modes need that do not decay."""
         left = -self.equations.dampings(constants) * constants.period * self.period / 2
-        lasting = self.equations.squares[left > math.log(MESH.gone)]
-        return float(np.sqrt(lasting.max(initial=0.0))) * constants.period / MESH.turn
+        lasting = self.equations.squares[left > math.log(SHOTS.gone)]
+        return float(np.sqrt(lasting.max(initial=0.0))) * constants.period / SHOTS.turn
 
     def _resolved(self, solved: ModalSegments) -> list[tuple[Array, float]]:
         """Return what meshes resolve, rates of scaled states (M, s, ...), and to what error.
@@ -418,7 +413,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         slopes = slopes.reshape(*slopes.shape[:2], -1)
         sizes = np.abs(slopes).mean(axis=1).T @ np.diff(self._mesh)
         slopes = slopes / np.where(sizes > 0, sizes, 1.0)
-        return [(forces * pushed, MESH.error), (slopes, MESH.slopes)]
+        return [(forces * pushed, SHOTS.error), (slopes, SHOTS.slopes)]
 
 
 def _repeating(each: int, segments: int, copies: int) -> int:
@@ -432,9 +427,9 @@ def segments_for(model: Model) -> int:
     equations = modal_equations_of(model)
     if equations is None or equations.symmetry is None:
         return SEGMENTS
-    count = max(k for k in range(1, MESH.parts + 1) if equations.symmetry[0] % k == 0)
+    count = max(k for k in range(1, SHOTS.parts + 1) if equations.symmetry[0] % k == 0)
     several = count * -(-SEGMENTS // count)
-    return several if several <= MESH.parts else count
+    return several if several <= SHOTS.parts else count
 
 
 def shooting_for(model: Model) -> Cut:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
 
@@ -43,8 +42,7 @@ def growth_bound(blocks: NDArray[np.float64]) -> float:
     return bound if not np.isnan(bound) else np.inf
 
 
-@dataclass(frozen=True)
-class PeriodicQr:
+class QR:
     """Tolerances of eigenvalues of products."""
 
     blocks: int = 16  # factors kept apart: the ratio of multipliers is spread over as many
@@ -57,9 +55,6 @@ class PeriodicQr:
     # Norm of a cycle's matrix from its first node over the least from any node, above which it
     # begins at another node: three digits are lost
     larger: float = 1e3
-
-
-QR = PeriodicQr()
 
 
 def product_eigenvalues(matrices: Array) -> Complex:

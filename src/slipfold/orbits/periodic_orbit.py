@@ -46,16 +46,13 @@ if TYPE_CHECKING:
     from slipfold.orbits.harmonic_balance import HarmonicBalance
 
 
-@dataclass(frozen=True)
-class MeanSettings:
+class MEANS:
     """How samples for the mean of an output are doubled."""
 
     fewest: int = 64  # samples of a forcing period at first
     most: int = 8192  # and at last: corners of an output leave 1e-9, jumps 1e-4
     change: float = 1e-12  # of the mean, over the mean modulus, that is rounding
 
-
-MEANS = MeanSettings()
 
 SampleCount = Annotated[int, "At least this many samples; rounded up to a multiple of the nodes."]
 

@@ -24,8 +24,7 @@ from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
 from slipfold.orbits.test_functions import floquet_multipliers
 
 
-@dataclass(frozen=True)
-class ThresholdRules:
+class CORRECTION:
     """Accuracies of thresholds that are computed in batches."""
 
     # Upper bound of the errors of multipliers over the error of the orbit
@@ -40,9 +39,6 @@ class ThresholdRules:
     # Distance of an orbit from its guess, in scaled states and spans, beyond which it may belong to
     # another branch
     another_branch: float = 0.1
-
-
-RULES = ThresholdRules()
 
 
 FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -100,7 +96,7 @@ def find_doubts(
         modulus = np.abs(multipliers)
         critical = np.abs(multipliers[doubles, -1] + 1).argmin(axis=1)
         modulus[np.flatnonzero(doubles), -1, critical] = 0.0
-        outside = ~(modulus.max(axis=2) < 1 - RULES.margin * moved).all(axis=1)
+        outside = ~(modulus.max(axis=2) < 1 - CORRECTION.margin * moved).all(axis=1)
         doubts[outside] = "a multiplier is outside the unit circle"
     doubts[~np.isfinite(moved).all(axis=1)] = "an orbit on the way was not found"
     return doubts
@@ -113,7 +109,7 @@ def _dips(values: Array) -> Mask:
     return np.asarray(curve.min(axis=1) < ZERO.dip * values[:, [0, -1]].min(axis=1))
 
 
-APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=RULES.nearly)
+APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=CORRECTION.nearly)
 """Newton's method with less accurate time steps: it ends within about ten times their error."""
 
 DOUBLING = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=1e-12)
@@ -165,8 +161,8 @@ class BatchedThresholds:
             with np.errstate(invalid="ignore"):
                 off = np.abs(located.values - ends[rows]) / orbits.width
                 near = (
-                    (located.distance < RULES.another_branch)
-                    & (off < RULES.another_branch)
+                    (located.distance < CORRECTION.another_branch)
+                    & (off < CORRECTION.another_branch)
                     & (fraction > 0)
                 )
                 beyond = near & (fraction > 1)
@@ -207,7 +203,7 @@ class BatchedThresholds:
         states = batch.states(np.arange(len(guesses)), result.z)[:, 0]
         distance = np.linalg.norm((states - guesses) / batch.scales, axis=1)
         with np.errstate(invalid="ignore"):
-            states[~(distance < RULES.another_branch)] = np.nan
+            states[~(distance < CORRECTION.another_branch)] = np.nan
         shape = (len(inner), m)
         paths.states[:, :-1] = states.reshape(*shape, n).swapaxes(0, 1)
         multipliers = result.multipliers.reshape(*shape, n).swapaxes(0, 1)
@@ -260,18 +256,18 @@ class _Doubling:
         self.residuals = np.full(m, np.inf)
         done = np.flatnonzero(found.found)
         if len(done):
-            far = done[found.moved[done] > RULES.same]
+            far = done[found.moved[done] > CORRECTION.same]
             if len(far):
                 self._matrices[far] = orbits.linearize(far, found.z[far], EXACTLY).blocks[:, 0]
             self.residuals[done] = orbits.residuals(done, found.z[done])
             self.multipliers[done] = floquet_multipliers(self._matrices[done])
         self.distance = np.linalg.norm((self.states - states) / orbits.scales, axis=1)
-        self.distance[~(self.residuals <= RULES.nearly)] = np.inf
+        self.distance[~(self.residuals <= CORRECTION.nearly)] = np.inf
 
     def _approach(self, rows: Indices, z: Array) -> Array:
-        part = self._orbits.linearize(rows, z, RULES.nearly)
+        part = self._orbits.linearize(rows, z, CORRECTION.nearly)
         self.clear[rows] = part.seen.clear(self._bounds)
-        return self._step(rows, z, part, RULES.nearly)
+        return self._step(rows, z, part, CORRECTION.nearly)
 
     def _last(self, rows: Indices, z: Array) -> Array:
         return self._step(rows, z, self._orbits.linearize(rows, z, EXACTLY), EXACTLY)
@@ -286,13 +282,13 @@ class _Doubling:
         renew = np.flatnonzero(np.isnan(self._gradients[rows, 0]) | (moved > 10 * BATCH.close))
         if len(renew):
             perturbed = z[renew]
-            perturbed[:, :n] += RULES.perturbation * right[renew]
+            perturbed[:, :n] += CORRECTION.perturbation * right[renew]
             other = self._orbits.linearize(rows[renew], perturbed, tolerance)
             by_states = other.blocks[:, 0] - matrices[renew]
             change = np.concatenate(
                 [by_states, (other.along - part.along[renew]).swapaxes(1, 2)], axis=2
             )
-            gradients = np.einsum("ma,mab->mb", left[renew], change) / RULES.perturbation
+            gradients = np.einsum("ma,mab->mb", left[renew], change) / CORRECTION.perturbation
             self._gradients[rows[renew]] = gradients
         jacobian = np.zeros((len(rows), n + 1, n + 1))
         jacobian[:, :n, :n] = matrices - np.eye(n)

@@ -19,8 +19,7 @@ from slipfold.parameter_space.stable_orbits import (
 )
 
 
-@dataclass(frozen=True)
-class FitSettings:
+class LIMITS:
     """Limits and tolerances of a fit."""
 
     confidence: float = 0.95
@@ -51,9 +50,6 @@ class FitSettings:
     rounds: int = 12  # maximum number of times that orbits are assigned to rows again
     iterations: int = 60  # maximum number of steps of a search, and of points of a profile
     listed: int = 5  # maximum number of excluded rows that are named
-
-
-LIMITS = FitSettings()
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,8 +29,7 @@ from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import critical_pair
 
 
-@dataclass(frozen=True)
-class OptimumRules:
+class OPTIMUM:
     """Limits and tolerances of parameterized solutions and of the search among them."""
 
     # Maximum correction of a guess, in scaled variables; a longer one may lead to another solution
@@ -49,9 +48,6 @@ class OptimumRules:
     # Tolerance of a requirement, as a fraction of its bound
     met: float = 1e-6
     iterations: int = 60
-
-
-RULES = OptimumRules()
 
 
 class NoSolutionError(Exception):
@@ -124,7 +120,7 @@ class ParameterizedSolution(ABC):
                 here, done = here._nearby(there), fraction
             except NoSolutionError:
                 step /= 2
-                if step < 0.5**RULES.halvings:
+                if step < 0.5**OPTIMUM.halvings:
                     raise
         return here
 
@@ -145,7 +141,7 @@ class ParameterizedSolution(ABC):
             raise NoSolutionError(breakdown(error)) from None
         if not found.converged:
             raise NoSolutionError(found.failure)
-        if found.distance > RULES.far:
+        if found.distance > OPTIMUM.far:
             raise NoSolutionError("the equations lead to another solution")
         return self._placed(orbits, found, model)
 
@@ -169,7 +165,7 @@ class ParameterizedOrbit(ParameterizedSolution):
 
         Shapes: returns (), (d,).
         """
-        phases = np.arange(RULES.phases) / RULES.phases
+        phases = np.arange(OPTIMUM.phases) / OPTIMUM.phases
         slopes, moving = [], np.empty(0)
         for name, rate in zip(self.names, self.rates, strict=True):
             orbits, z = self.holding(name)
@@ -178,7 +174,7 @@ class ParameterizedOrbit(ParameterizedSolution):
             nodes_rate = self.orbits.nodes(rate)[which]
             along = np.einsum("jb,jb->j", matrices[:, state], nodes_rate) + vectors[:, state, 0]
             moving = states[:, state] - states[:, state].mean()
-            slopes.append(float(moving @ (along - along.mean())) / RULES.phases)
+            slopes.append(float(moving @ (along - along.mean())) / OPTIMUM.phases)
         level = float(np.sqrt(np.mean(moving**2)))
         return level, np.array(slopes) / level
 
@@ -254,7 +250,7 @@ def is_confirmed(
     may stay stable, but must not lose its stability before. An interruption raises
     `KeyboardInterrupt`.
     """
-    end = threshold + RULES.beyond * abs(threshold)
+    end = threshold + OPTIMUM.beyond * abs(threshold)
     if not load < threshold:
         return False
     model = point.model.replace(**{**values, point.vary: load})
@@ -277,7 +273,7 @@ def is_confirmed(
     if first is None or (lost is not None and first.arclength > lost.arclength):
         return False
     gap = abs(first.value - threshold)
-    return first.type == point.type and gap <= RULES.same * max(abs(threshold), 1e-300)
+    return first.type == point.type and gap <= OPTIMUM.same * max(abs(threshold), 1e-300)
 
 
 def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
@@ -391,7 +387,7 @@ def minimize_level(
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(low),
         constraints=[margin(number) for number in range(len(requirements))],
-        options={"ftol": RULES.exact, "maxiter": RULES.iterations},
+        options={"ftol": OPTIMUM.exact, "maxiter": OPTIMUM.iterations},
     )
     values = values_at(found.x)
     return _verified(values, orbits, points, state, requirements, str(found.message), found.success)
@@ -420,7 +416,7 @@ def _verified(
             return Choice.none(*nothing, reason)
         thresholds.append(there.value)
         short = (requirement.bound - there.value) * (1 if requirement.side == "above" else -1)
-        if short > RULES.met * abs(requirement.bound):
+        if short > OPTIMUM.met * abs(requirement.bound):
             reason = (
                 f"no choice was found within the bounds that brings the {requirement.point.kind} "
                 f"{requirement.side} {requirement.bound:g}; the search ended at {there.value:.6g}"

@@ -24,8 +24,7 @@ from slipfold.parameter_space.measurement import Quantity, read_off
 from slipfold.text import outside
 
 
-@dataclass(frozen=True)
-class PredictionRules:
+class PREDICTION:
     """Accuracies of predicted measurements and their derivatives."""
 
     # Fraction of the span by which branches are followed beyond it, so that its ends lie inside
@@ -45,9 +44,6 @@ class PredictionRules:
     blind: float = 1e-7
 
 
-RULES = PredictionRules()
-
-
 @dataclass(frozen=True, eq=False)
 class StableOrbit:
     """A stable orbit at a value of the parameter, with its measured quantities."""
@@ -60,7 +56,7 @@ class StableOrbit:
     def is_same(self, other: StableOrbit) -> bool:
         """Whether another orbit has the same measured quantities."""
         size = np.abs(self.predicted) + np.abs(other.predicted)
-        return bool((np.abs(self.predicted - other.predicted) <= RULES.same * size).all())
+        return bool((np.abs(self.predicted - other.predicted) <= PREDICTION.same * size).all())
 
 
 def stable_orbits(
@@ -90,7 +86,7 @@ def stable_orbits(
 
 def _span(model: Model, vary: str, low: float, high: float) -> tuple[float, float]:
     """Return a span about values of a parameter, as far as its bounds allow."""
-    margin = RULES.margin * ((high - low) or abs(high) or 1.0)
+    margin = PREDICTION.margin * ((high - low) or abs(high) or 1.0)
     ends = []
     for end, wider in ((low, low - margin), (high, high + margin)):
         try:
@@ -111,7 +107,7 @@ def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[
         far = periodic_orbit(model.replace(**{vary: span[1]}))
         size = np.abs(far.nodes).max(axis=0)
         there = [nodes[0] for item in branches for nodes in item.nodes[item.parameter == span[1]]]
-        if any((np.abs(state - far.nodes[0]) <= RULES.same * size).all() for state in there):
+        if any((np.abs(state - far.nodes[0]) <= PREDICTION.same * size).all() for state in there):
             return branches
         return [*branches, *trace_response(model, vary, span[::-1], settings=Settings())]
     except (InputError, *BREAKDOWNS):
@@ -181,7 +177,7 @@ def orbits_at(
     orbits = ForcedOrbits(model, {vary: width}, period, guesses.shape[1])
     z = np.array([orbits.join(*item) for item in zip(guesses, values, strict=True)])
     rows = np.tile(hold_parameter(orbits.size), (len(z), 1))
-    corrected = correct_orbits(orbits, z, rows, RULES.close)
+    corrected = correct_orbits(orbits, z, rows, PREDICTION.close)
     result: list[StableOrbit | None] = [None] * len(z)
     there = np.flatnonzero(corrected.found)
     there = there[~outside(corrected.multipliers[there]).any(axis=1)]
@@ -255,7 +251,7 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
     model, here = prediction.model, prediction.predicted
     result = np.full((*here.shape, len(names)), np.nan)
     for column, (name, size) in enumerate(zip(names, sizes, strict=True)):
-        step, sides = RULES.step * size, []
+        step, sides = PREDICTION.step * size, []
         for way in (-1, 1):
             try:
                 changed = model.replace(**{name: model.values[name] + way * step})
@@ -265,7 +261,7 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
                 sides.append((prediction.read_at(changed) - here) / (way * step))
         known = np.isfinite(sides)
         total = np.where(known, sides, 0.0).sum(axis=0)
-        total[np.abs(total) * step <= RULES.rounding * np.abs(here)] = 0.0
+        total[np.abs(total) * step <= PREDICTION.rounding * np.abs(here)] = 0.0
         with np.errstate(invalid="ignore"):
             result[..., column] = total / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
     return result
@@ -284,9 +280,9 @@ def covariance_of(slopes: Array, sizes: Array) -> Array:
     _, singular, rows = np.linalg.svd(finite * sizes, full_matrices=True)
     sharp = np.zeros(len(sizes))
     sharp[: len(singular)] = singular
-    known = sharp > RULES.blind * max(sharp.max(), 1.0)
+    known = sharp > PREDICTION.blind * max(sharp.max(), 1.0)
     covariance = (rows[known].T / sharp[known] ** 2) @ rows[known] * np.outer(sizes, sizes)
-    blind = (np.abs(rows[~known]) > np.sqrt(RULES.blind)).any(axis=0)
+    blind = (np.abs(rows[~known]) > np.sqrt(PREDICTION.blind)).any(axis=0)
     covariance[blind] = covariance[:, blind] = np.nan
     covariance[blind, blind] = np.inf
     return np.asarray(covariance)

@@ -34,8 +34,7 @@ from slipfold.progress import Observer, Progress
 from slipfold.read_only import ReadOnly
 
 
-@dataclass(frozen=True)
-class GridRules:
+class GRIDS:
     """Sizes of the batches and guesses of a grid."""
 
     # Lines an axis begins with, and from which a line is guessed: a polynomial of degree five
@@ -44,9 +43,6 @@ class GridRules:
     together: int = 1024
     # Guesses from different neighbors that are tried before the response is followed
     attempts: int = 2
-
-
-RULES = GridRules()
 
 
 TYPES = ("PD",)
@@ -265,7 +261,7 @@ class ThresholdSearch:
             self._set_up()
             self._find_seeds()
             for axis, known, new, others in refinements(self.kinds.shape):
-                count = max(RULES.together // len(others), 1)
+                count = max(GRIDS.together // len(others), 1)
                 for first in range(0, len(new), count):
                     self._fill(axis, known, new[first : first + count], others)
         except KeyboardInterrupt:
@@ -329,7 +325,7 @@ class ThresholdSearch:
         stencils = [stencils_of(self.values[axis], known, int(line)) for line in new]
         for number in range(max(map(len, stencils))):
             for doubles in (True, False):
-                waiting = (self.kinds[rows, columns] == INTERRUPTED) & (attempts < RULES.attempts)
+                waiting = (self.kinds[rows, columns] == INTERRUPTED) & (attempts < GRIDS.attempts)
                 if not waiting.any():
                     break
                 chosen = [item[number] if number < len(item) else None for item in stencils]
@@ -419,7 +415,7 @@ class Stencil:
 
 def seed_lines(count: int) -> Indices:
     """Return the lines of an axis that are computed first, its ends among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, RULES.seeds)).round().astype(np.int64))
+    return np.unique(np.linspace(0, count - 1, min(count, GRIDS.seeds)).round().astype(np.int64))
 
 
 def refinements(counts: tuple[int, ...]) -> Iterator[tuple[int, Indices, Indices, Indices]]:
@@ -444,7 +440,7 @@ def stencils_of(values: Array, known: Indices, new: int) -> list[Stencil]:
     """
     after = int(np.searchsorted(known, new))
     chosen: list[tuple[int, ...]] = []
-    for width in (RULES.seeds, 4, 2):
+    for width in (GRIDS.seeds, 4, 2):
         first = min(max(after - width // 2, 0), max(len(known) - width, 0))
         chosen.append(tuple(known[first : first + width]))
     chosen += [tuple(known[max(after - 3, 0) : after]), tuple(known[after : after + 3])]

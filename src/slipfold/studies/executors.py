@@ -10,7 +10,6 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import partial
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
@@ -24,8 +23,7 @@ LOGGERS = ("distributed", "distributed.client", "tornado.application")
 """Loggers of Dask with handlers of their own, which write tracebacks where a connection ends."""
 
 
-@dataclass(frozen=True)
-class TaskSettings:
+class TASKS:
     """How cases are packed into tasks, and how long is waited for them."""
 
     seconds: float = 0.25  # desired duration of a task: the loss when a process is killed
@@ -37,9 +35,6 @@ class TaskSettings:
     poll: float = 0.2  # seconds after which a wait starts again
     scheduler_timeout: float = 10.0  # seconds in which a scheduler has to answer
     slots_interval: float = 2.0  # seconds between questions for the number of workers
-
-
-TASKS = TaskSettings()
 
 
 class OpenExecutor:

@@ -39,7 +39,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.first_orbits import SEARCH
+from slipfold.orbits.first_orbits import FIRST
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint
@@ -167,7 +167,7 @@ def _responses(
         return []
     rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
     which = np.array(list(curves))
-    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, SEARCH.near)
+    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, FIRST.near)
     branches = list[BatchedBranch]()
     for row, (number, curve) in enumerate(curves.items()):
         if result.found[row]:

@@ -36,8 +36,7 @@ from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 
-@dataclass(frozen=True)
-class BatchRules:
+class BATCH:
     """Rules for following responses in batches."""
 
     # A correction shorter than this is the last: the next one would be as long as its square
@@ -76,9 +75,6 @@ class BatchRules:
     minimum_size: int = 16
     # Number of cases of a batch: in one of 16 each takes twice as long, in one of 128 four fifths
     size: int = 64
-
-
-BATCH = BatchRules()
 
 
 PD, FOLD, NS, LP = range(len(TESTS))

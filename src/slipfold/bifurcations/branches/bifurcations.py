@@ -30,8 +30,7 @@ CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
 
 
-@dataclass(frozen=True)
-class BifurcationRules:
+class BIFURCATION:
     """How near is near at bifurcations and ends of branches."""
 
     # Distance of a critical multiplier from its place; located ones have 1e-8 or less
@@ -72,9 +71,6 @@ class BifurcationRules:
     times: int = 3  # directions from which each branch must be found, else more are tried
     most: int = 8  # times as many, at most
     crowded: int = 20  # doublings above which longer periods are on request; a cascade has eight
-
-
-BIFURCATION = BifurcationRules()
 
 
 @dataclass(frozen=True, eq=False)

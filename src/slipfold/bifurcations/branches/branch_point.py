@@ -14,8 +14,7 @@ from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 
 
-@dataclass(frozen=True)
-class CrossingRules:
+class CROSSING:
     """Rules for branch points."""
 
     # Half the distance over which first derivatives are differenced, in scaled variables: the error
@@ -30,9 +29,6 @@ class CrossingRules:
     # Maximum remainder of the reduced equation at a branch point, in errors of the equations. Where
     # two folds face each other the remainder is larger: a step across the gap was too long
     remains: float = 10.0
-
-
-CROSSING = CrossingRules()
 
 
 @dataclass(frozen=True, eq=False)

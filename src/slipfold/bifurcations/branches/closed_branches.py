@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from slipfold.models.angles import wrap_angles
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 
-@dataclass(frozen=True)
-class ClosingRule:
+class CLOSING:
     """When branches close."""
 
     near_one: float = 0.5  # distance of the critical multiplier from one at the last regular orbit
@@ -28,9 +27,6 @@ class ClosingRule:
     noise: float = 1e-7  # of multipliers there, of orbits with a residual of 1e-10
     around: float = 1.5  # steps within which a closed curve may pass its first point
     corrections: int = 3  # of the place where the first point lies abeam: each squares the error
-
-
-CLOSING = ClosingRule()
 
 
 SAME_ORBIT = 1e-5

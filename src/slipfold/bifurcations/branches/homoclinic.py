@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -17,8 +16,7 @@ from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 
-@dataclass(frozen=True)
-class HomoclinicRule:
+class RULE:
     """When a branch of cycles nears a homoclinic orbit."""
 
     grown: float = 2.0  # ratio of durations below which nothing is known
@@ -32,8 +30,6 @@ class HomoclinicRule:
     snakes: float = 1e-5  # distance of two folds, in spans, after which others are nearer still
     alike: float = 1e-2  # relative difference of what two turns at one value add to the duration
 
-
-RULE = HomoclinicRule()
 
 NEWTON = Rule(close=1e-6, iterations=20)
 """Newton's steps from the slowest state of a cycle to an equilibrium."""

@@ -29,15 +29,11 @@ from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
 
 
-@dataclass(frozen=True)
-class BalanceRules:
+class MODES:
     """How the negative damping is found that balances a linear mode."""
 
     steps: int = 30  # of Newton's method; three are needed where modes part
     close: float = 1e-14  # real part over the frequency that counts as none
-
-
-RULES = BalanceRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +64,8 @@ def balanced_mode(model: NonlinearMode, number: int) -> Balanced:
             f"with less than critical damping; {most}"
         )
     value, xi = vibrating[number - 1], 0.0
-    for _ in range(RULES.steps):
-        if abs(value.real) < RULES.close * abs(value):
+    for _ in range(MODES.steps):
+        if abs(value.real) < MODES.close * abs(value):
             break
         values, vectors = np.linalg.eig(own + xi * slope)
         at = int(np.abs(values - value).argmin())

@@ -9,7 +9,6 @@ or vanish, or if the criticality of a period doubling changes: the response has 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -36,8 +35,7 @@ from slipfold.orbits.orbit_batch import TESTS, Converged, OrbitBatch, Solutions
 from slipfold.orbits.shooting import Shooting
 
 
-@dataclass(frozen=True)
-class MovedRules:
+class MOVED:
     """Rules for the orbits that are corrected."""
 
     # Minimum distance of the points that are corrected, over the length of the branch. Steps are
@@ -63,7 +61,7 @@ class MovedRules:
     dropped: float = 0.4
 
 
-MOVED, SETTINGS = MovedRules(), Settings()
+SETTINGS = Settings()
 TOLERANCE = SETTINGS.newton.tolerance
 
 UNFINISHED = "moved from neighboring parameter values as far as that is sure; the rest follows"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +16,7 @@ from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
 
 
-@dataclass(frozen=True)
-class StopRules:
+class STOP:
     """Rules for ending curves of orbits."""
 
     # Number of orbits at one value of the parameter after which a family ends. Around a center they
@@ -47,8 +45,6 @@ class StopRules:
     # Distance of a multiplier from one beyond which errors move an orbit little
     one: float = 1e-3
 
-
-STOP = StopRules()
 
 LOOPS = ("homoclinic", "heteroclinic")
 """Kinds of ends at which cycles near a loop."""

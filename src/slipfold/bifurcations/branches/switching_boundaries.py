@@ -36,8 +36,7 @@ from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import Piece, SwitchedShooting
 
 
-@dataclass(frozen=True)
-class BoundaryRules:
+class BORDER:
     """Where changes of contacts are sought, and how near to them orbits are computed."""
 
     # Slip in the plane, over its size, or square of a stuck interval, in phases, below which a
@@ -62,9 +61,6 @@ class BoundaryRules:
     # Growth a phase of what friction lacks, in what it had: released half a thousandth of a phase
     # later, the contact would be held. Perturbations are multiplied by fifty or more
     barely: float = 0.02
-
-
-RULES = BoundaryRules()
 
 
 BOUNDARY = "boundary"
@@ -168,7 +164,7 @@ def _lost(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | Non
         return None
     last = locate_loss(curve, interval.history, interval.before, interval.point)
     left = None if last is None else last.curve.orbits.grazing_margin(last)
-    if last is None or (left is not None and left < RULES.near):  # it vanishes: nearer it is seen
+    if last is None or (left is not None and left < BORDER.near):  # it vanishes: nearer it is seen
         return None
     beyond = across_gap(curve, last)
     if beyond is not None:
@@ -187,9 +183,9 @@ def _grazing(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | 
         return None
     start, ahead = before, 2 * (after.arclength - before.arclength)
     if before.piece == after.piece:
-        start, ahead = after, RULES.ahead
+        start, ahead = after, BORDER.ahead
         left, was = orbits.grazing_margin(after), orbits.grazing_margin(before)
-        if left is None or was is None or not left < min(was, RULES.near):
+        if left is None or was is None or not left < min(was, BORDER.near):
             return None
     place = _vanishing(orbits, start, orbits.grazing_margin, ahead)
     if place is None:
@@ -198,7 +194,7 @@ def _grazing(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | 
     if beyond is not None:
         left, sides = orbits.grazing_margin(beyond), (last.piece, beyond.piece)
         stops = [_counts(modes)[Status.STICK] for modes in sides]
-        caught = left is None or left > RULES.near
+        caught = left is None or left > BORDER.near
         if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
             back = orbits.turned(beyond)
             distance = float(np.linalg.norm(beyond.z - place.z))
@@ -220,7 +216,7 @@ def _vanishing(
     powers: Array = POWERS,
 ) -> Vanishing[OrbitPoint] | None:
     """Return where slip, a stop, or a margin vanishes ahead of a point, None if nowhere."""
-    found = (locate_vanishing(orbits, start, left, each, ahead, powers) for each in RULES.smallest)
+    found = (locate_vanishing(orbits, start, left, each, ahead, powers) for each in BORDER.smallest)
     return next(filter(None, found), None)
 
 
@@ -249,7 +245,7 @@ def _jumps(before: OrbitPoint, after: OrbitPoint) -> bool:
                 for a, b, same in other
                 if same == mode
             )
-            if min(gaps) > 2 * RULES.elsewhere:
+            if min(gaps) > 2 * BORDER.elsewhere:
                 return True
     return False
 
@@ -261,7 +257,7 @@ def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool
     last = traced.found[-1]
     near = found.point.arclength - last.point.arclength < max(PIECE.looks) + PIECE.apart
     return (
-        last.type == found.type and near and abs(last.point.z[-1] - found.point.z[-1]) < RULES.same
+        last.type == found.type and near and abs(last.point.z[-1] - found.point.z[-1]) < BORDER.same
     )
 
 
@@ -276,13 +272,13 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     by = orbits.by
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
-    change = _vanishes_ahead(traced, several=True) or _change_ahead(last, RULES.nearly)
+    change = _vanishes_ahead(traced, several=True) or _change_ahead(last, BORDER.nearly)
     change = change or _vanishes_ahead(traced, several=False)
     if change is not None:
         _note(traced, change)
         return
     release = by.slowest_end(*_at(last), Ending.YIELDS)
-    if release is not None and release < RULES.barely:
+    if release is not None and release < BORDER.barely:
         traced.end = End("limit", RELEASED, last.curve.place(last.z))
 
 
@@ -297,7 +293,7 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
         return
     z, tangent = last.curve.moved(met)
     side = replace(met, tangent=tangent, piece=last.piece)
-    beyond = beyond_end(last.curve, side, z, RULES.nearly) or across_gap(last.curve, last)
+    beyond = beyond_end(last.curve, side, z, BORDER.nearly) or across_gap(last.curve, last)
     if beyond is not None:
         traced.points.append(beyond)
 
@@ -321,7 +317,7 @@ def _vanishes_ahead(traced: TracedCurve[OrbitPoint], *, several: bool) -> FoundG
         slope = by.slowest_end(*at, Ending.STOPS) if isinstance(by, SwitchedShooting) else None
         return (slope or 0.0) ** 2
 
-    start = next((point for point in reversed(traced.points) if left(point) > RULES.near), None)
+    start = next((point for point in reversed(traced.points) if left(point) > BORDER.near), None)
     if start is None or start.piece != last.piece or not isinstance(start.curve, Orbits):
         return None
     ahead = last.arclength - start.arclength
@@ -329,7 +325,7 @@ def _vanishes_ahead(traced: TracedCurve[OrbitPoint], *, several: bool) -> FoundG
     if place is None:
         return None
     beyond = float(np.linalg.norm(place.z - start.z)) - ahead
-    if abs(beyond) > RULES.nearly:
+    if abs(beyond) > BORDER.nearly:
         return None
     return FoundGrazing("GRAZE", last, float("inf"), place=place)
 
@@ -347,7 +343,7 @@ def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | Non
         if again is None or met is None:
             continue
         left = float(again.tangent @ (met.z - again.z))
-        if RULES.passed <= left <= farthest and (nearest is None or left < nearest[0]):
+        if BORDER.passed <= left <= farthest and (nearest is None or left < nearest[0]):
             nearest = left, Found(kind, replace(met, arclength=point.arclength + left), np.inf)
     return None if nearest is None else nearest[1]
 
@@ -372,7 +368,7 @@ def _change_between(before: OrbitPoint, after: OrbitPoint) -> Array | None:
 def _change_beside(last: OrbitPoint, kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
     """Return the orbit next to the end of a piece that only just meets a change, if one is."""
     met = _change_met(kind, known)
-    if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > RULES.nearly:
+    if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > BORDER.nearly:
         return None
     return met
 
@@ -384,7 +380,7 @@ def left_to_change(last: OrbitPoint, kind: str) -> float:
     """
     try:
         met = _met_from(last, kind)
-        if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > RULES.nearly:
+        if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > BORDER.nearly:
             return 0.0
     except BREAKDOWNS:
         return np.inf
@@ -474,7 +470,7 @@ def _next_piece(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint
         return None
     first, ahead = known[0], known[-1]
     # Rounding may put the first one across the boundary, or its tangent.
-    own = first.piece == ahead.piece and first.tangent @ ahead.tangent > RULES.smooth
+    own = first.piece == ahead.piece and first.tangent @ ahead.tangent > BORDER.smooth
     return other, first if own else ahead
 
 

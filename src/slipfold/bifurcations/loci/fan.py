@@ -35,8 +35,7 @@ BranchEnd = tuple[Branch, int]
 """A branch with its first row, 0, or its last, -1."""
 
 
-@dataclass(frozen=True)
-class FanRules:
+class FAN:
     """Rules for the responses from which a bifurcation set begins."""
 
     # Distance in scaled variables within which the grazing point lies. A branch in slip ends at
@@ -54,9 +53,6 @@ class FanRules:
     same_place: float = 1e-9  # difference of values, in widths of the window, that is rounding
     starts: int = 32  # states from which Newton's method looks for equilibria
     around: float = 3.0  # their largest distance from the model's own, in scales
-
-
-FAN = FanRules()
 
 
 class GrazingEnds:

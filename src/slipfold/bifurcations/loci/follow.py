@@ -21,7 +21,7 @@ from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
 from slipfold.bifurcations.loci.locus_equations import (
-    RULES,
+    LOCUS,
     LocusEquations,
     begins_or_ends_at,
     lies_on,
@@ -211,7 +211,7 @@ def follow_found(
                 raise
             remarks.append(_without_locus(point, plane.names, error))
             continue
-        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > RULES.vanishes:
+        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > LOCUS.vanishes:
             remarks.append(_isolated(curve, z))
             curve = LocusEquations(curve.orbits, "LP")
         if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:

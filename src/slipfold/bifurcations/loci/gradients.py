@@ -10,7 +10,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.bifurcations.loci.extremum_equations import equations_of
-from slipfold.bifurcations.loci.locus_equations import RULES
+from slipfold.bifurcations.loci.locus_equations import LOCUS
 from slipfold.bifurcations.loci.start import as_unknown, on_a_mesh
 from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
@@ -80,7 +80,7 @@ def solved(
     if not found.converged and orbits.by.smooth and orbits.kind == "periodic":
         orbits, z = on_a_mesh(orbits, point)
         found = corrected(equations_of(orbits, point), z, OTHER, settings)
-    if not found.converged or found.distance > RULES.moved:
+    if not found.converged or found.distance > LOCUS.moved:
         raise ValueError(found.failure or "the equations lead to another point")
     return orbits, found
 
@@ -95,7 +95,7 @@ def _crossing_weights(orbits: Orbits, z: Array) -> Array:
     """Return the solution for one parameter, NaN where that parts the branches that cross."""
     curve = Critical(orbits, "BP")
     linearization = curve.linearize(z)
-    if crossing_gap(orbits, z) > RULES.vanishes:
+    if crossing_gap(orbits, z) > LOCUS.vanishes:
         return np.full(len(linearization.defect), np.nan)
     return _weights(linearization.bordered(_unit(len(z), OTHER)), len(z))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +32,7 @@ from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.test_functions import critical_places
 
 
-@dataclass(frozen=True)
-class StickRules:
+class STAYS:
     """What counts as stick in a window, and how many responses and trajectories are followed."""
 
     # Distance of ends, in widths of the window, that are one
@@ -50,9 +49,6 @@ class StickRules:
     periods: tuple[int, ...] = (1, 2)
     # Places of a piece at which trajectories are examined: of two there is no majority
     places: int = 3
-
-
-RULES = StickRules()
 
 
 def without_duplicates(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
@@ -76,7 +72,7 @@ def _coincide(one: Locus, other: Locus, window: Window) -> bool:
     ends = np.array([[item.started.values, item.stopped.values] for item in (one, other)])
     places = (ends - low) / (high - low)
     ways = (places[1], places[1][::-1])
-    return any(float(np.abs(places[0] - way).max()) < RULES.same for way in ways)
+    return any(float(np.abs(places[0] - way).max()) < STAYS.same for way in ways)
 
 
 def _renumbered(locus: Locus, numbers: dict[int, int]) -> Locus:
@@ -134,7 +130,7 @@ def points_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
         if not point.stuck_fraction >= 0:
             continue
         if point.type in MET:
-            begins = point.stuck_fraction < RULES.none_stuck or _turns_back(branch, point)
+            begins = point.stuck_fraction < STAYS.none_stuck or _turns_back(branch, point)
             if is_expensive(branch) or not begins:
                 continue
         yield point
@@ -178,7 +174,7 @@ def unfinished(plane: Plane, line: FanLine, loci: Sequence[Locus]) -> Iterator[s
 def _lies_on_one(place: Array, loci: Sequence[Locus], size: Array) -> bool:
     lines = (line for locus in loci for line in lines_between(locus))
     gaps = (np.linalg.norm((line - place) / size, axis=1) for line in lines)
-    return any((gap < RULES.on_locus).any() for gap in gaps)
+    return any((gap < STAYS.on_locus).any() for gap in gaps)
 
 
 def stable_states_near(line: FanLine, value: float) -> Iterator[Array]:
@@ -220,14 +216,14 @@ class Settled(NamedTuple):
     @property
     def counts(self) -> bool:
         """Whether it is a response that stops, of a period that labels speak of."""
-        return self.stops and self.period in RULES.periods
+        return self.stops and self.period in STAYS.periods
 
 
 def settle(model: Model, state: Array) -> Settled:
     """Return the attractor that a trajectory from a state converges to. Shapes: state (n,)."""
     before = 0
-    for count in RULES.rounds:
-        trajectory = simulate(model, count, state, tolerance=RULES.steady)
+    for count in STAYS.rounds:
+        trajectory = simulate(model, count, state, tolerance=STAYS.steady)
         state = trajectory.states[-1]
         if trajectory.stopped is not None:
             break
@@ -294,7 +290,7 @@ def add_sticking(
     plane: Plane, region: Region, places: Sequence[Place], seeds: Sequence[Sequence[Array]]
 ) -> tuple[Region, list[Settled]]:
     """Return a region with the stable responses in it that stick, and these."""
-    every = np.linspace(0, len(places) - 1, min(RULES.places, len(places))).round().astype(int)
+    every = np.linspace(0, len(places) - 1, min(STAYS.places, len(places))).round().astype(int)
     of = [places[i] for i in every], [seeds[i] for i in every]
     seen, agree = sticking_orbits(plane, *of)
     most = max(seen, key=len, default=[])
@@ -317,7 +313,7 @@ def sticking_checks(
     at = plane.at(region.place)
     rest = settle(at, at.start)
     known = region.sticking if rest.stops else region.slipping
-    agrees = rest.period not in RULES.periods or rest.period in known
+    agrees = rest.period not in STAYS.periods or rest.period in known
     checks = [RegionCheck(region.place, "rest", rest.period, agrees, rest.note)]
     for item in responses:
         found = _settle_from(at, item.state)

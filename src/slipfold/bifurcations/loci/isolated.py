@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -30,8 +30,7 @@ from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 
 
-@dataclass(frozen=True)
-class IsolatedRules:
+class ISOLATED:
     """How responses that no branch reaches are searched for."""
 
     same: float = 1e-4  # two stable orbits this close in scaled states are one
@@ -41,9 +40,6 @@ class IsolatedRules:
     call: int = 8  # forcing periods integrated at a time, within one step budget
     nearly: float = 0.03  # movement in a period, in scaled states, at which Newton finds an orbit
     near: float = 10.0  # distance from a known orbit, in such movements, at which it is that one
-
-
-ISOLATED = IsolatedRules()
 
 
 def stable_rows(branch: Branch, value: float) -> Iterator[NDArray[np.intp]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -32,8 +32,7 @@ PROJECTIONS = 3
 """Corrections of the first orbit of a locus to one of any kind: each squares the error."""
 
 
-@dataclass(frozen=True)
-class LocusRules:
+class LOCUS:
     """How near is near along loci: distances in scaled variables, numbers of order one."""
 
     # Component of a tangent that is rounding: the locus is parallel to an axis
@@ -69,9 +68,6 @@ class LocusRules:
     # Rounding times the square of the growth in a period: above it cubic coefficients differ by
     # more than some per cent between two computations
     no_digits: float = 1e-4
-
-
-RULES = LocusRules()
 
 
 class LocusEquations(Critical):
@@ -131,7 +127,7 @@ class LocusEquations(Critical):
         return {**standing, **more(*parts)}
 
     def _standing(self, tangent: Array) -> dict[str, float]:
-        slopes = np.where(np.abs(tangent[-2:]) > RULES.no_slope, tangent[-2:], 0.0)
+        slopes = np.where(np.abs(tangent[-2:]) > LOCUS.no_slope, tangent[-2:], 0.0)
         return {"first": float(slopes[0]), "second": float(slopes[1])}
 
     def _real_tests(
@@ -158,7 +154,7 @@ class LocusEquations(Critical):
     def _cubic(self, z: Array, linearization: Linearization, poles: float) -> float:
         """Coefficient of third order times what is zero at its poles."""
         # On a pole the product is rounding noise.
-        return self._coefficient(z, linearization) * poles if abs(poles) > RULES.pole else np.nan
+        return self._coefficient(z, linearization) * poles if abs(poles) > LOCUS.pole else np.nan
 
     def _pair_tests(
         self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
@@ -168,7 +164,7 @@ class LocusEquations(Critical):
         others = np.delete(multipliers, places)
         folds, pairs = _product(1 - others, size), _pair_product(others, size)
         sine2 = 1 - cosine * cosine
-        defined = sine2 > self.forms.neutral and np.abs(1 - others).min(initial=1.0) > RULES.pole
+        defined = sine2 > self.forms.neutral and np.abs(1 - others).min(initial=1.0) > LOCUS.pole
         cubic = (self._coefficient(z, linearization) if defined else np.nan) * sine2 * folds
         if self._resting:
             return {"BT": 1 - cosine, "ZH": folds, "HH": pairs, "GH": cubic}
@@ -215,7 +211,7 @@ class LocusEquations(Critical):
         if not self.orbits.by.smooth:
             return np.nan
         # Perturbations that grow enter derivatives of higher order with the square of their growth.
-        if np.abs(linearization.monodromy).max() ** 2 * np.finfo(float).eps > RULES.no_digits:
+        if np.abs(linearization.monodromy).max() ** 2 * np.finfo(float).eps > LOCUS.no_digits:
             return np.nan
         try:
             return self.forms.coefficient(self, z, linearization)
@@ -260,7 +256,7 @@ def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
         for a, b in pairwise(run):
             length = float(np.linalg.norm(b.z[-2:] - a.z[-2:]))
             gap = min(float(np.linalg.norm(item.z[-2:] - target)) for item in (a, b))
-            if gap >= length + RULES.near:
+            if gap >= length + LOCUS.near:
                 continue
             point = _beside(curve, a, b, target)
             if point is not None and _same_spectrum(point, values) and _parallel(point, along):
@@ -275,14 +271,14 @@ def _beside(
 
     Shapes: target (2,).
     """
-    grid = np.linspace(a.arclength, b.arclength, RULES.samples + 1)
+    grid = np.linspace(a.arclength, b.arclength, LOCUS.samples + 1)
     gaps = [float(np.linalg.norm(hermite([a, b], s)[0][-2:] - target)) for s in grid]
     s = float(grid[int(np.argmin(gaps))])
     try:
         for _ in range(4):  # each squares the distance
             point = point_at(curve, [a, b], s)
             along, gap = point.tangent[-2:], target - point.z[-2:]
-            if np.linalg.norm(gap) < RULES.same_values:
+            if np.linalg.norm(gap) < LOCUS.same_values:
                 return point
             s = float(np.clip(s + along @ gap / (along @ along), a.arclength, b.arclength))
     except LostCurveError:
@@ -301,7 +297,7 @@ def _parallel(point: OrbitPoint, along: Array) -> bool:
     """Whether a locus leads in a direction of the plane. Shapes: along (2,)."""
     own = point.tangent[-2:]
     sine = own[0] * along[1] - own[1] * along[0]
-    return bool(abs(sine) < RULES.same * np.linalg.norm(own) * np.linalg.norm(along))
+    return bool(abs(sine) < LOCUS.same * np.linalg.norm(own) * np.linalg.norm(along))
 
 
 def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
@@ -309,7 +305,7 @@ def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
     if len(own) != len(values):
         return False
     apart = np.abs(own[:, None] - values) / np.maximum(1.0, np.abs(values))
-    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < RULES.same)
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < LOCUS.same)
 
 
 def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
@@ -321,7 +317,7 @@ def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) ->
         own = point.curve.orbits
         gap = float(np.linalg.norm(point.z - own.started_near(own.adopt(orbits, z), point.z)))
         apart = float(np.linalg.norm(asymmetry(own, point.z)))
-        if gap < RULES.same + 2 * apart < RULES.near:
+        if gap < LOCUS.same + 2 * apart < LOCUS.near:
             return True
     return False
 
@@ -356,28 +352,28 @@ def _meets(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> boo
     tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
     z = curve.orbits.started_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
-    if ends.min() < RULES.same:
+    if ends.min() < LOCUS.same:
         return True
     lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
     # Between two points the locus stays within a length of them.
-    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + RULES.near).tolist()
+    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + LOCUS.near).tolist()
     return any(_meets_between(curve, points[i], points[i + 1], z) for i in near)
 
 
 def _meets_between(curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
-    grid = np.linspace(a.arclength, b.arclength, RULES.samples + 1)
+    grid = np.linspace(a.arclength, b.arclength, LOCUS.samples + 1)
     distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
     spacing = float(grid[1] - grid[0])
     nearest = int(np.argmin(distances))
-    if distances[nearest] > spacing + RULES.near:
+    if distances[nearest] > spacing + LOCUS.near:
         return False
     place = float(grid[nearest])
     for _ in range(4):  # to where z lies abeam
         guess, row = hermite([a, b], place)
         place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
     guess, row = hermite([a, b], place)
-    correction = correct(curve, guess, row, reach=2 * RULES.near)
+    correction = correct(curve, guess, row, reach=2 * LOCUS.near)
     if not correction.converged:
         return False
     gap = curve.orbits.started_near(z, correction.z) - correction.z
-    return bool(np.linalg.norm(gap - (gap @ row) * row) < RULES.same + (gap @ row) ** 2)
+    return bool(np.linalg.norm(gap - (gap @ row) * row) < LOCUS.same + (gap @ row) ** 2)

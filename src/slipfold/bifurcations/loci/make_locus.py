@@ -11,7 +11,7 @@ import numpy as np
 from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.make_branch import curve_fields, evenly, point_fields
 from slipfold.bifurcations.loci.locus import Locus, LocusPoint
-from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
+from slipfold.bifurcations.loci.locus_equations import LOCUS, LocusEquations
 from slipfold.bifurcations.loci.special_points import STANDING_STILL, on_branch_points, tests_of
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
@@ -124,7 +124,7 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
             abs(again.tests[test] - point.tests[test]) + abs(point.tests[test]) for test in tests
         )
         if set(tests) <= set(STANDING_STILL):  # less of a slope counts as none
-            change = max(change, RULES.no_slope)
+            change = max(change, LOCUS.no_slope)
         along = change / max(abs(found.slope), 1e-300)
     moved = np.abs(again.z[-2:] - point.z[-2:]) + along * np.abs(point.tangent[-2:])
     moved = moved * curve.orbits.widths

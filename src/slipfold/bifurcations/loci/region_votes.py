@@ -25,8 +25,7 @@ from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import OrbitPoint
 
 
-@dataclass(frozen=True)
-class RegionRules:
+class REGIONS:
     """How finely regions are drawn, and how they are checked."""
 
     cells: int = 480  # cells in either direction: half the width of a line in a figure
@@ -42,9 +41,6 @@ class RegionRules:
     clearance: float = 2.5  # cells from a boundary at which a response determines its region
     short_of_stick: float = 0.05  # distance, in windows, from the end of a locus in slip to grazing
     limit_jump: float = 0.25  # difference, in windows, of ends at a limit that are joined
-
-
-REGIONS = RegionRules()
 
 
 @dataclass(frozen=True)

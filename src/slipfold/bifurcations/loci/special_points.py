@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus
 from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
-from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
+from slipfold.bifurcations.loci.locus_equations import LOCUS, LocusEquations
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Zeros, contracts_between
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
@@ -43,7 +43,7 @@ def has_branch_point(curve: LocusEquations, point: OrbitPoint) -> bool:
     try:
         crossing = LocusEquations(curve.orbits, "BP")
         there = _branch_point(crossing, point)
-        return there is not None and float(np.linalg.norm(there.z - point.z)) < RULES.branch_points
+        return there is not None and float(np.linalg.norm(there.z - point.z)) < LOCUS.branch_points
     except BREAKDOWNS:
         return False
 
@@ -57,8 +57,8 @@ def _branch_point(crossing: LocusEquations, point: OrbitPoint) -> OrbitPoint | N
 
 def _zero(curve: LocusEquations, known: OrbitPoint, test: str) -> Found[OrbitPoint] | None:
     """Return the zero of a test function near a branch point, by secants."""
-    places, values, place = [0.0], [known.tests[test]], RULES.first_secant
-    for _ in range(RULES.secants):
+    places, values, place = [0.0], [known.tests[test]], LOCUS.first_secant
+    for _ in range(LOCUS.secants):
         guess = known.z + place * known.tangent
         point = curve.nearest(guess, known.tangent, known.arclength)
         if point is None:
@@ -69,10 +69,10 @@ def _zero(curve: LocusEquations, known: OrbitPoint, test: str) -> Found[OrbitPoi
         if not (np.isfinite(slope) and slope):
             return None
         step = -values[-1] / slope
-        if abs(step) < RULES.close or values[-1] == 0.0:
+        if abs(step) < LOCUS.close or values[-1] == 0.0:
             return Found(test, point, slope)
         place += step
-        if not abs(place) < RULES.branch_points:
+        if not abs(place) < LOCUS.branch_points:
             return None
     return None
 
@@ -140,14 +140,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return result
         turn = exact[1] if exact else turns[0]
         there, away = turn.point, turn.point.z - before.z
-        near = np.linalg.norm(there.z - interval.point.z) < RULES.near_parent
+        near = np.linalg.norm(there.z - interval.point.z) < LOCUS.near_parent
         if not turns and not (near and away @ before.tangent > 0):
             return result
         there = replace(there, arclength=before.arclength + float(np.linalg.norm(away)))
         last = replace(beside[0].point, z=there.z, arclength=there.arclength)
         last = replace(last, monodromy=there.monodromy, multipliers=there.multipliers)
         others = [item for item in result.found if item.type not in ("DP", *STANDING_STILL)
-                  or np.linalg.norm(item.point.z - there.z) > RULES.pitchfork]  # fmt: skip
+                  or np.linalg.norm(item.point.z - there.z) > LOCUS.pitchfork]  # fmt: skip
         end = End("codimension-2", MIRRORED, self._curve.place(there.z))
         return MonitorResult([*others, replace(turn, point=there)], Stop(last, end))
 
@@ -189,7 +189,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """Return the special points where a test function changes sign between two points."""
         result = super().located(known, a, b)
         if self._curve.condition == "LP":
-            result = _merged(result, "DP", self._is_symmetric, RULES.pitchfork)
+            result = _merged(result, "DP", self._is_symmetric, LOCUS.pitchfork)
         return self._joined([self._named(item) for item in result])
 
     def _joined(self, found: list[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
@@ -198,10 +198,10 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return found
         if self._curve.condition in STANDS:
             name = STANDS[self._curve.condition]
-            found = _merged(found, name, self._leaves_symmetry, RULES.pitchfork)
+            found = _merged(found, name, self._leaves_symmetry, LOCUS.pitchfork)
             return [self._doubled(item) if item.type == name else item for item in found]
         resting = self._curve.orbits.kind == "equilibrium"
-        return _merged(found, "CP" if resting else "CPC", _stands, RULES.same_cusp)
+        return _merged(found, "CP" if resting else "CPC", _stands, LOCUS.same_cusp)
 
     def _named(self, found: Found) -> Found:
         """Separate a branch point from a fold, where another multiplier is one as well."""
@@ -214,14 +214,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
     def _doubled(self, found: Found) -> Found:
         """Rename what is met where the critical pair is one as well, so that no other one is."""
         test = "BT" if self._curve.orbits.kind == "equilibrium" else "R1"
-        if self._curve.condition not in PAIRED or found.point.tests[test] > RULES.vanishes:
+        if self._curve.condition not in PAIRED or found.point.tests[test] > LOCUS.vanishes:
             return found
         return replace(found, type="LPBP" if _two_vectors(found.point) else test)
 
     def _leaves_symmetry(self, point: OrbitPoint) -> bool:
         """Whether a locus of other orbits leaves those of a symmetry, with the square of both."""
         slopes = abs(point.tests["first"]), abs(point.tests["second"])
-        return max(slopes) < RULES.double and self._is_symmetric(point)
+        return max(slopes) < LOCUS.double and self._is_symmetric(point)
 
     def _is_pole_alone(self, point: OrbitPoint) -> bool:
         """Whether a coefficient's zero is that of what is zero where other points have its pole.
@@ -231,40 +231,40 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """
         condition, resting = self._curve.condition, self._curve.orbits.kind == "equilibrium"
         if condition == "BP":
-            return abs(point.tests["BT" if resting else "R1"]) < RULES.vanishes
+            return abs(point.tests["BT" if resting else "R1"]) < LOCUS.vanishes
         fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(condition)
-        return fold is not None and abs(point.tests[fold]) < RULES.vanishes
+        return fold is not None and abs(point.tests[fold]) < LOCUS.vanishes
 
     def _turns_at_parent(self, point: OrbitPoint) -> bool:
         """Whether orbits become those that they emanate from, so that the locus turns as a whole.
 
         Parameters change with the square of the amplitude there, and both stand still.
         """
-        standing = max(abs(point.tests["first"]), abs(point.tests["second"])) < RULES.near_parent
+        standing = max(abs(point.tests["first"]), abs(point.tests["second"])) < LOCUS.near_parent
         orbits = self._curve.orbits
         if not standing or not has_image(orbits):
             return False
-        return float(np.linalg.norm(asymmetry(orbits, point.z))) < RULES.near_parent
+        return float(np.linalg.norm(asymmetry(orbits, point.z))) < LOCUS.near_parent
 
     def _is_symmetric(self, point: OrbitPoint) -> bool:
         """Whether families of orbits cross at a point, as at a pitchfork."""
         orbits = self._curve.orbits
-        if has_image(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < RULES.near_parent:
+        if has_image(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < LOCUS.near_parent:
             return False  # there all families of orbits are near that of their parents
         gap = crossing_gap(orbits, point.z)
-        return gap < RULES.pitchfork and has_branch_point(self._curve, point)
+        return gap < LOCUS.pitchfork and has_branch_point(self._curve, point)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function does, and not because it is zero along the locus to rounding."""
         largest = max(abs(a.tests[name]), abs(b.tests[name]))
-        parallel = name in STANDING_STILL and largest < RULES.parallel
+        parallel = name in STANDING_STILL and largest < LOCUS.parallel
         neutral = name in CUBIC and not any(self._curve.coefficient(end.tests) for end in (a, b))
         return not (parallel or neutral) and super().changes_sign(name, a, b)
 
     def is_genuine(self, found: Found) -> bool:
         """Whether the multipliers are where the type says."""
         if found.type == "measure":  # where the other parameter turns it stands as well
-            return abs(found.point.tests[self._curve.held]) > RULES.vanishes
+            return abs(found.point.tests[self._curve.held]) > LOCUS.vanishes
         if not self._curve.is_spectral:
             return not (found.type in STANDING_STILL and self._turns_at_parent(found.point))
         values, condition = found.point.multipliers, self._curve.condition
@@ -278,7 +278,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return is_torus(others)
         if critical is None:
             return True
-        near = RULES.double if found.type in (*DOUBLED, "LPBP") else BIFURCATION.on_circle
+        near = LOCUS.double if found.type in (*DOUBLED, "LPBP") else BIFURCATION.on_circle
         return bool(np.abs(others - critical).min() < near)
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
@@ -304,8 +304,8 @@ def _near_crossing(before: OrbitPoint, point: OrbitPoint) -> bool:
     It goes in proportion to the way that is left; a few times as much is allowed.
     """
     gaps = [crossing_gap(item.curve.orbits, item.z) for item in (before, point)]
-    left = RULES.near_parent / (RULES.near_parent + point.arclength - before.arclength)
-    return gaps[1] < max(2 * left * gaps[0], RULES.vanishes)
+    left = LOCUS.near_parent / (LOCUS.near_parent + point.arclength - before.arclength)
+    return gaps[1] < max(2 * left * gaps[0], LOCUS.vanishes)
 
 
 def _also_critical(condition: str, found: Found) -> CriticalMultiplier | None:
@@ -333,7 +333,7 @@ def _merged(
 def _turns_back(interval: StepInterval[OrbitPoint]) -> bool:
     """Whether both parameters, as far as they change, do so in the other direction after a step."""
     pairs = [(interval.before.tests[name], interval.point.tests[name]) for name in STANDING_STILL]
-    changing = [(a, b) for a, b in pairs if max(abs(a), abs(b)) > RULES.parallel]
+    changing = [(a, b) for a, b in pairs if max(abs(a), abs(b)) > LOCUS.parallel]
     return bool(changing) and all(a * b < 0 for a, b in changing)
 
 
@@ -356,15 +356,15 @@ def _are_one(first: Found[OrbitPoint], second: Found[OrbitPoint]) -> bool:
     """Whether two zeros of a function are so near to each other that rounding parts them."""
     gap = abs(first.point.arclength - second.point.arclength)
     same = getattr(first, "event", None) == getattr(second, "event", None)
-    return same and first.type == second.type and gap < RULES.same_cusp
+    return same and first.type == second.type and gap < LOCUS.same_cusp
 
 
 def _two_vectors(point: OrbitPoint) -> bool:
     """Whether a double multiplier one has two eigenvectors, as where a fold meets a pitchfork."""
     values, vectors = np.linalg.eig(point.monodromy)
     first, second = vectors[:, np.abs(values - 1).argsort()[:2]].T
-    return bool(1 - abs(np.vdot(first, second)) ** 2 > RULES.independent**2)
+    return bool(1 - abs(np.vdot(first, second)) ** 2 > LOCUS.independent**2)
 
 
 def _stands(point: OrbitPoint) -> bool:
-    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= RULES.vanishes
+    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= LOCUS.vanishes

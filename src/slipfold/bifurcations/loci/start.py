@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.closed_branches import asymmetry, meets_image
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.loci.locus_equations import RULES, LocusEquations
+from slipfold.bifurcations.loci.locus_equations import LOCUS, LocusEquations
 from slipfold.bifurcations.loci.make_locus import plane_of
 from slipfold.bifurcations.loci.special_points import SpecialPoints
 from slipfold.continuation.curve_set import Start
@@ -60,7 +60,7 @@ class LocusStart(Start[OrbitPoint]):
     doubled: bool = False
     # Type of the point of codimension two that it passes there; empty if it passes none
     crosses: str = ""
-    step: float = RULES.first_step  # length of the first step
+    step: float = LOCUS.first_step  # length of the first step
     # Orbits by which it is known, where another locus of its type passes its first point
     beside: tuple[Array, ...] = ()
 
@@ -76,7 +76,7 @@ def regular_start(
     except BREAKDOWNS as error:
         raise _no_locus(curve, z, breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
-    step = STEP.emanating if crosses else RULES.first_step
+    step = STEP.emanating if crosses else LOCUS.first_step
     return LocusStart(curve, both, departs=bool(crosses), crosses=crosses, step=step)
 
 
@@ -90,7 +90,7 @@ def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> Orbit
     right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
     correction = correct(curve, z, right[-1], newton.tolerance, newton.iterations)
-    if not correction.converged or correction.distance > RULES.moved:
+    if not correction.converged or correction.distance > LOCUS.moved:
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(curve, z, reason)
     return curve.point(correction, 0.0)
@@ -105,14 +105,14 @@ def _rising_first(point: OrbitPoint, turned: OrbitPoint) -> tuple[OrbitPoint, Or
 def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
     """Whether no curve is defined: neither parameter, changed by its window or itself, matters."""
     effects = np.linalg.norm(jacobian[:, -2:], axis=0)
-    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < RULES.undefined:
+    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < LOCUS.undefined:
         return True
     scaled = jacobian.copy()
     scaled[:, -2:] /= effects.max()
     if curve.orbits.by.growing:  # what grows on the way round makes it as good as singular
         return False
     values = np.linalg.svd(scaled, compute_uv=False)
-    return bool(values[len(z) - 2] < RULES.undefined * values[0])
+    return bool(values[len(z) - 2] < LOCUS.undefined * values[0])
 
 
 def _no_locus(curve: LocusEquations, z: Array, reason: str) -> InputError:
@@ -150,9 +150,9 @@ def of_each_pair(curve: LocusEquations, z: Array, settings: Settings) -> Iterato
     newton = settings.newton
     for along in curve.pair_tangents(z):
         tangent = along if along[-2:].sum() >= 0 else -along  # its sign is arbitrary
-        guess = z + RULES.aside * tangent
+        guess = z + LOCUS.aside * tangent
         given = {"tolerance": newton.tolerance, "iterations": newton.iterations}
-        point = curve.nearest(guess, tangent, reach=RULES.aside / 2, **given)
+        point = curve.nearest(guess, tangent, reach=LOCUS.aside / 2, **given)
         if point is not None:
             yield LocusStart(curve, _rising_first(point, curve.turned(point)))
 
@@ -197,7 +197,7 @@ def starts_at(
     if found.type in TWO_PAIRS:
         yield from of_each_pair(curve, point.z, settings)
     yield from passing(curve, found, types, settings)
-    crossed = crossing_gap(orbits, point.z) < RULES.vanishes
+    crossed = crossing_gap(orbits, point.z) < LOCUS.vanishes
     if found.type == "ZH" and crossed and "HB" in types:
         yield from _leaving_along(orbits, "HB", point, "", settings)
     for kind, pair in _type_of(found).emanating:
@@ -276,12 +276,12 @@ def _is_resolved(start: OrbitPoint, after: OrbitPoint) -> bool:
     step = after.z - start.z
     change = float(np.linalg.norm(step[-2:]))
     bent = 0.5 * float(np.linalg.norm(step)) * after.tangent[-2:] - step[-2:]
-    if not np.linalg.norm(bent) < RULES.resolved * change:
+    if not np.linalg.norm(bent) < LOCUS.resolved * change:
         return False
     again, _ = recomputed(after.curve, after)
     if again is None:
         return False
-    return float(np.linalg.norm(again.z[-2:] - after.z[-2:])) < RULES.resolved * change
+    return float(np.linalg.norm(again.z[-2:] - after.z[-2:])) < LOCUS.resolved * change
 
 
 def _leaving_along(
@@ -371,7 +371,7 @@ def ends_at_parent(
         float(np.linalg.norm(asymmetry(curve.orbits, item.z)))
         for item in (interval.before, interval.point)
     )
-    if here < min(before, RULES.near_parent):
+    if here < min(before, LOCUS.near_parent):
         stop = ends_beside_parent(curve, interval.point, settings)
         if stop is not None:
             return MonitorResult(stop=stop)
@@ -392,7 +392,7 @@ def _shrinking(orbits: Orbits, z: Array) -> str:
     """Say what orbits become whose halves are about the same: a cycle may have doubled unseen."""
     extent = float((np.ptp(orbits.nodes(z), axis=0) / orbits.scales).max())
     apart = float(np.linalg.norm(asymmetry(orbits, z)))
-    doubled = orbits.period % 2 == 0 or extent > RULES.parent * max(apart, RULES.near_parent)
+    doubled = orbits.period % 2 == 0 or extent > LOCUS.parent * max(apart, LOCUS.near_parent)
     return "become those of half the period" if doubled else "shrink to an equilibrium"
 
 
@@ -410,7 +410,7 @@ def ends_beside_parent(
     try:
         start = _parent_start(curve, last, settings) if kinds else None
         found = (
-            None if start is None else _nearest(start, kinds, RULES.parent * apart, last, settings)
+            None if start is None else _nearest(start, kinds, LOCUS.parent * apart, last, settings)
         )
         return None if found is None else _end(curve, last, found)
     except BREAKDOWNS:
@@ -425,7 +425,7 @@ def _nearest(
     first = start.points[0]
     count = len(first.z)
     bounds = [(i, first.z[i] - reach, first.z[i] + reach) for i in (count - 2, count - 1)]
-    few = replace(settings, steps=replace(settings.steps, points=RULES.parent_points))
+    few = replace(settings, steps=replace(settings.steps, points=LOCUS.parent_points))
     found = [
         item
         for point in start.points
@@ -435,7 +435,7 @@ def _nearest(
             bounds,
             [SpecialPoints(curve)],
             settings=few,
-            first_step=reach / RULES.parent_points,
+            first_step=reach / LOCUS.parent_points,
         ).found
         if item.type in kinds
     ]
@@ -454,7 +454,7 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
     gaps = [float(np.linalg.norm(z - last.z)) for z in adopted]
     nearest = int(np.argmin(gaps))
     point = _leaving(curve, replace(firsts[nearest], z=adopted[nearest], tangent=last.tangent))
-    if point is None or not gaps[nearest] < RULES.parent * RULES.near_parent:
+    if point is None or not gaps[nearest] < LOCUS.parent * LOCUS.near_parent:
         return None
     beyond = replace(point, arclength=last.arclength + gaps[nearest])
     name = CODIMENSION_TWO[found.type].title

@@ -64,8 +64,7 @@ MIN_ANGLES, MAX_ANGLES = 21, 201
 """Angles at which a circle is described."""
 
 
-@dataclass(frozen=True)
-class TorusRules:
+class TORUS:
     """How finely circles are resolved, and when they are points or break."""
 
     tail: float = 1e-9  # last harmonics, of the largest, at which there are too few of them
@@ -87,9 +86,6 @@ class TorusRules:
     samples: int = 64  # phases of a forcing period
     corrections: int = 4  # corrections of an extremum by Newton, from the largest sample
     lines: int = 12  # lines of a spectrum that a notebook shows
-
-
-TORUS = TorusRules()
 
 
 RESONANCES = tuple(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
@@ -29,8 +28,7 @@ from slipfold.progress import Progress
 from slipfold.text import certain
 
 
-@dataclass(frozen=True)
-class ScreenSettings:
+class SCREEN:
     """How bifurcations of equilibria are looked for before a response is computed."""
 
     # Values of each parameter: one between two bifurcations is enough to see that there are some
@@ -48,9 +46,6 @@ class ScreenSettings:
     # Fraction of a declared forcing at which a span begins: less may leave a dry contact stuck, and
     # then no orbit is isolated
     moving: float = 0.5
-
-
-SCREEN = ScreenSettings()
 
 
 def first_view(model: Model) -> dict[str, Any]:

@@ -1,10 +1,7 @@
 """Limits of the page and of the processes that compute for it."""
 
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
-class PageSettings:
+class PAGE:
     """What a request may hold, what an answer holds, and how long workers may take."""
 
     # Largest modulus of a number from a client: its cube is still a number. Models know narrower
@@ -49,6 +46,3 @@ class PageSettings:
     overtaken: int = 40
     # Seconds that a worker has to drop what has taken too long, before it is ended
     grace: float = 2.0
-
-
-PAGE = PageSettings()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,7 @@ from slipfold.interface.explorer.trajectories import KeptTrajectories
 from slipfold.models.model import Model
 
 
-@dataclass(frozen=True)
-class SoundSettings:
+class SOUND:
     """What is heard of a motion."""
 
     rate: float = 44_100.0  # samples a second, about; a motion has a whole number a period
@@ -32,9 +30,6 @@ class SoundSettings:
     # Of a sweep, which has hundreds of values: samples a second, and seconds each
     swept_rate: float = 22_050.0
     swept_seconds: float = 0.04
-
-
-SOUND = SoundSettings()
 
 
 def send_sound(

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -141,8 +140,7 @@ def _slows(contact: ContactEquations, none: Mapping[str, float], c: Mapping[str,
     return bool(slows[0] > 0) or not np.isfinite(slows).all()
 
 
-@dataclass(frozen=True)
-class RepeatSettings:
+class REPEATS:
     """Settings of the test that equations repeat after a period or a revolution."""
 
     samples: int = 6  # states and phases at which it is tested
@@ -151,9 +149,6 @@ class RepeatSettings:
     sizes: tuple[float, ...] = (1.0, 1e-5, 0.0)
     tolerance: float = 1e-8  # difference, relative to the largest value, that is more than rounding
     change: float = 0.2  # change of parameters, relative to their size
-
-
-REPEATS = RepeatSettings()
 
 
 def _why_not_repeated(

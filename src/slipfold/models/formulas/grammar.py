@@ -23,8 +23,7 @@ from typing import Any, NamedTuple, TypeVar
 from slipfold.models.formulas.functions import FUNCTIONS, explain_unknown_function
 
 
-@dataclass(frozen=True)
-class TextBounds:
+class BOUNDS:
     """How large texts of models may be: larger ones are accidents, or take minutes to compile."""
 
     file: int = 300_000  # characters of a file
@@ -35,8 +34,6 @@ class TextBounds:
     index: int = 100_000  # index of an element
     rows: int = 1_000_000  # rows of a matrix: more do not fit into memory with their modes
 
-
-BOUNDS = TextBounds()
 
 _TOKEN = re.compile(
     r"(?P<space>\s+)"

@@ -19,8 +19,7 @@ from slipfold.models.quantities import Expression
 from slipfold.models.structures.matrix_files import read_matrix
 
 
-@dataclass(frozen=True)
-class MatrixSettings:
+class MATRICES:
     """Bounds of size, symmetry, regularity and rounding of matrices."""
 
     dense: int = 600  # largest size at which full arrays are used; beyond it sparse ones
@@ -53,9 +52,6 @@ class MatrixSettings:
     rank: float = 1e-13
     joined: int = 8  # rank of a matrix that couples modes, or rows, up to which it is a few forces
     most_modes: int = 120  # that are tried for an accuracy: orbits of more take minutes each
-
-
-MATRICES = MatrixSettings()
 
 
 UNITS = {

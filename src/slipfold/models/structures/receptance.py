@@ -14,8 +14,7 @@ from slipfold.arrays import Array, Complex
 from slipfold.models.structures.matrices import MATRICES, lowest_modes, solver
 
 
-@dataclass(frozen=True)
-class ReceptanceSettings:
+class RECEPTANCE:
     """Where receptances are compared."""
 
     # Loss factor of the stiffness, that of 1 % of modal damping: an undamped resonance is infinite,
@@ -34,8 +33,6 @@ class ReceptanceSettings:
     shift: float = 1e-2
     corrections: int = 8  # of static displacements for it: each leaves a hundredth of the error
 
-
-RECEPTANCE = ReceptanceSettings()
 
 Solve = Callable[[Any], Any]
 """What solves linear equations. Shapes: (n, a) to (n, a)."""

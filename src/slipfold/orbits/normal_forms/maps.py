@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -19,8 +18,7 @@ from slipfold.orbits.orbit_curve import Orbits
 Vector = NDArray[Any]
 
 
-@dataclass(frozen=True)
-class FormRules:
+class FORMS:
     """What is rounding in normal forms, and how finely cycles are sampled."""
 
     spanned: float = 1e-7  # part of a direction outside the span of others that is none
@@ -39,9 +37,6 @@ class FormRules:
     # Coefficients, in scaled states, that are rounding: neither soft nor hard
     degenerate: float = 1e-12
     times: int = 12  # times of a cycle: the fifth power of its amplitude has five harmonics
-
-
-FORMS = FormRules()
 
 
 class _Scaled:

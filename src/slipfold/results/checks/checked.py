@@ -10,8 +10,7 @@ from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable
 
 
-@dataclass(frozen=True)
-class CheckSettings:
+class CHECKS:
     """What is compared, how closely, and how much work it may take."""
 
     fraction: float = 0.1  # of the work for a result, which goes into its checks
@@ -78,9 +77,6 @@ class CheckSettings:
     # Factor, times the length of a segment, by which perturbations grow without sensitivity
     algebraic: float = 2.0
     digits: float = math.log(1e11)  # growth that makes an error of 1e-13 visible
-
-
-CHECKS = CheckSettings()
 
 
 @dataclass(frozen=True, repr=False)
