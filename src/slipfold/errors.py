@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
@@ -26,6 +26,13 @@ class InputError(ValueError):
     All functions raise it for arguments that they cannot use; their docstrings name other reasons.
     The command line prints the message alone and exits with status 2.
 
+    Parameters
+    ----------
+    message
+        The sentence.
+    *entry
+        Keys that lead to the entry of a file that it is about, if it is known.
+
     Examples
     --------
     >>> raise InputError("mu = -1 is below its bound 0; give mu >= 0")
@@ -34,8 +41,9 @@ class InputError(ValueError):
     slipfold.errors.InputError: mu = -1 is below its bound 0; give mu >= 0
     """
 
-    entry: tuple[str, ...] = ()
-    """Keys that lead to the entry of a file that it is about, if it is known."""
+    def __init__(self, message: str, *entry: str) -> None:
+        super().__init__(message)
+        self.entry = entry
 
 
 @contextmanager
@@ -98,6 +106,17 @@ def not_supported(name: str) -> str:
         if names.fullmatch(name.lower()):
             return f"{kind} are not supported; "
     return ""
+
+
+def index_of(name: str, names: Sequence[str], kind: str) -> int:
+    """Return the place of a name, or say which there are of its kind.
+
+    >>> index_of("y", ("x", "y"), "output")
+    1
+    """
+    if name not in names:
+        raise InputError(f"no {kind} {name!r}; {suggest(name, names)}there are {', '.join(names)}")
+    return names.index(name)
 
 
 def unknown(what: str, name: object, known: Collection[str]) -> InputError:

@@ -11,7 +11,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import index_of
 from slipfold.flow.batches import (
     LANES,
     STEP_LIMIT,
@@ -232,9 +232,7 @@ class Flow(Evaluated):
 
     def output_index(self, name: str) -> int:
         """Return the column of an output."""
-        if name not in self.output_names:
-            raise InputError(f"no output {name!r}; there are {', '.join(self.output_names)}")
-        return self.output_names.index(name)
+        return index_of(name, self.output_names, "output")
 
     def constants_of(self, model: Model) -> Constants:
         """Evaluate the coefficients of a model, to be integrated in its scales."""

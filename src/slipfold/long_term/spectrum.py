@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, index_of
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION
@@ -36,12 +36,7 @@ class SpectralLines(OneLine, Documented):
 
     def of(self, name: OutputName) -> Array:
         """Return the amplitudes of one output, shape (m,)."""
-        return self.amplitude[:, self._column(name)]
-
-    def _column(self, name: str) -> int:
-        if name not in self.names:
-            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
-        return self.names.index(name)
+        return self.amplitude[:, index_of(name, self.names, "output")]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,7 +114,7 @@ class Spectrum(SpectralLines):
                 f"order = {order:g} is not a line of the spectrum; its lines are the multiples of "
                 f"1/{self.periods} up to {self.order[-1]:g}"
             )
-        return float(self.amplitude[index, self._column(name)])
+        return float(self.amplitude[index, index_of(name, self.names, "output")])
 
 
 def find_spectrum(

@@ -11,7 +11,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.errors import InputError
+from slipfold.errors import index_of
 from slipfold.flow.contact_trajectory import Samples, dense_phases
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
@@ -123,9 +123,7 @@ class Extrema(OneLine, Documented):
 
     def of(self, name: OutputName) -> tuple[Array, Array]:
         """Return minimum and maximum of one output, each of shape (n_orbits,)."""
-        if name not in self.names:
-            raise InputError(f"no output {name!r}; there are {', '.join(self.names)}")
-        index = self.names.index(name)
+        index = index_of(name, self.names, "output")
         return self.minimum[:, index], self.maximum[:, index]
 
     def peak_to_peak(self, name: OutputName) -> Array:

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path
 
 from slipfold.arrays import Array, Mask
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.quantities import Parameter
@@ -306,11 +306,10 @@ def draw_study(found: StudyResult, quantity: str | None = None, *, ax: Axes | No
 def _quantity(found: StudyResult, name: str | None) -> CaseField:
     if name is None:
         return next(item for item in found.quantities if item.kind != "text")
-    for item in found.quantities:
-        if item.name == name:
-            return item
-    known = ", ".join(item.name for item in found.quantities)
-    raise InputError(f"the study has no quantity {name!r}; it has {known}")
+    items = {item.name: item for item in found.quantities}
+    if name not in items:
+        raise unknown("the study has no quantity", name, items)
+    return items[name]
 
 
 def _numbers(found: StudyResult, item: CaseField) -> tuple[Array, list[str] | None]:

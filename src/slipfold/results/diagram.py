@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
-from slipfold.errors import InputError, suggest
+from slipfold.errors import unknown
 from slipfold.long_term.coexisting import BranchSearch, gaps_between
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.nonlinear_mode import NonlinearMode
@@ -237,8 +237,7 @@ class Diagram(CurveDiagram):
         known = [*states, *(output.name for output in self.model.outputs())]
         for name in names:
             if name not in known:
-                has = ", ".join(known)
-                raise InputError(f"no output {name!r}; {suggest(name, known)}it has {has}")
+                raise unknown(f"{self.model.name} has no output", name, known)
         finalized(self)
         marks, ends = self._marks(), self._end_orbits
         extrema = [

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.models.model import Model
 from slipfold.parameter_space.sampling import SALTELLI, SobolIndices, indices_of
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, meaning_of
@@ -166,7 +166,7 @@ class StudyResult(Result):
         """Return a number that was found, NaN where there is none."""
         items = {item.name: item for item in self.quantities if item.kind != "text"}
         if name not in items:
-            raise InputError(f"the study has no number {name!r}; it has {', '.join(items)}")
+            raise unknown("the study has no number", name, items)
         values = np.asarray(self.values[name], dtype=float)
         missing = (self.reasons != "") | (values == items[name].none)
         return np.where(missing, np.nan, values)

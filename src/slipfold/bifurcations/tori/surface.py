@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.bifurcations.tori.circles import TORUS, slopes, turned
 from slipfold.drawing import Drawn
-from slipfold.errors import InputError
+from slipfold.errors import InputError, index_of
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import Average, average
 from slipfold.long_term.spectrum import SpectralLines
@@ -194,7 +194,7 @@ class TorusSpectrum(SpectralLines, Drawn, ReadOnly):
         k, l
             Multiples of the two frequencies.
         """
-        column = self._column(name)
+        column = index_of(name, self.names, "output")
         same = (self.orders == (k, l)).all(axis=1) | (self.orders == (-k, -l)).all(axis=1)
         if not same.any():
             most = np.abs(self.orders).max(axis=0)

@@ -83,18 +83,18 @@ class CyclicSymmetry:
         for name, least in (("sectors", 2), ("engine_order", 0)):
             value = getattr(self, name)
             if not is_whole(value, least, MOST_SECTORS):
-                raise _about(
-                    name,
+                raise InputError(
                     f"{name} = {brief(value)}; give a whole number from {least} to {MOST_SECTORS}",
+                    name,
                 )
             object.__setattr__(self, name, int(value))
         for name in ("low", "high"):
             object.__setattr__(self, name, _names(getattr(self, name), name))
         if len(self.low) != len(self.high):
-            raise _about(
-                "high",
+            raise InputError(
                 f"low has {len(self.low)} degrees of freedom and high {len(self.high)}; give those "
                 "of one boundary and, in the same order, of the other",
+                "high",
             )
 
     @property
@@ -128,16 +128,10 @@ def _names(given: Any, key: str) -> tuple[str, ...]:
     several = isinstance(given, Iterable) and not isinstance(given, str)
     names = tuple(given) if several else tuple(str(given).split())
     if not names or not all(isinstance(name, str) for name in names):
-        raise _about(key, f"{key} = {brief(given)}; give names of degrees of freedom")
+        raise InputError(f"{key} = {brief(given)}; give names of degrees of freedom", key)
     if len(set(names)) < len(names):
-        raise _about(key, f"{key} has a degree of freedom twice; give each once")
+        raise InputError(f"{key} has a degree of freedom twice; give each once", key)
     return names
-
-
-def _about(entry: str, message: str) -> InputError:
-    error = InputError(message)
-    error.entry = (entry,)
-    return error
 
 
 _ANOTHER = re.compile(r"(.+)_s([1-9]\d*)")
@@ -154,16 +148,16 @@ class Sectors:
         for key in ("low", "high"):
             for name in getattr(cyclic, key):
                 if name not in names:
-                    raise _about(
-                        key,
+                    raise InputError(
                         f"{key} has {brief(name)}, which is no degree of freedom of the sector; "
                         f"{suggest(name, names)}it has {listed(names)}",
+                        key,
                     )
         self.cyclic, self.own = cyclic, names
         self.count = cyclic.repeating
         joined = dict(zip(cyclic.high, cyclic.low, strict=True))
         if both := sorted(joined.keys() & set(cyclic.low)):
-            raise _about("high", f"{both[0]} is in low and in high; give it to one boundary")
+            raise InputError(f"{both[0]} is in low and in high; give it to one boundary", "high")
         self.kept = tuple(name for name in names if name not in joined)
         places = {name: place for place, name in enumerate(self.kept)}
         self._places = np.array([places[joined.get(name, name)] for name in names])
@@ -176,9 +170,9 @@ class Sectors:
             for name in self.kept
         )
         if len({*self.names, *cyclic.high}) < len(self.names) + len(cyclic.high):
-            raise _about(
-                "sectors",
+            raise InputError(
                 "a degree of freedom has the name of another sector's, such as tip_s1; rename it",
+                "sectors",
             )
 
     def places(self, sector: int) -> Indices:

@@ -199,12 +199,11 @@ class Reduction(Documented, ABC):
         """Return the positions of the boundary, shape (held,)."""
         for name in self.boundary:
             if name not in names:
-                error = InputError(
+                raise InputError(
                     f"the boundary has {brief(name)}, which is no degree of freedom of the "
-                    f"structure; {suggest(str(name), names)}it has {listed(names)}"
+                    f"structure; {suggest(str(name), names)}it has {listed(names)}",
+                    "boundary",
                 )
-                error.entry = ("boundary",)
-                raise error
         if len(self.boundary) == len(names):
             raise InputError(
                 "the boundary is the whole structure, so there is nothing to reduce; leave the "
