@@ -151,6 +151,12 @@ def parameter_text(parameter: NamedQuantity, *values: float) -> str:
     return with_unit(f"{parameter.name} = {span}", parameter.unit)
 
 
+def place_text(model: Any, names: Iterable[str], values: Iterable[float]) -> str:
+    """Return parameters of a model with values, e.g. ``"f = 12.5 Hz, Nd = 0.1 N"``."""
+    pairs = zip(names, values, strict=True)
+    return ", ".join(parameter_text(model.parameter(name), value) for name, value in pairs)
+
+
 def capitalized(text: str, named: Iterable[NamedQuantity]) -> str:
     """Return a sentence with a capital letter, unless it begins with the name of a quantity."""
     names = [item.name for item in named]

@@ -19,7 +19,7 @@ COMMANDS = {
     "basin-fractions": (
         ("duffing", "--vary", "W=1:1.4", *DUFFING[2:], "--points", "3", "--starts", "64"),
         lambda record: [item["value"] for item in record["attractors"]] == [1, 1.2, 1.2, 1.4],
-        "W 1 to 1.4", "W (rad/s),attractor,what,value,low,high", 4,
+        "W = 1 to 1.4", "W (rad/s),attractor,what,value,low,high", 4,
     ),
     "basins": (
         ("duffing", "--set", "W=1.2", "--plane", "q=-4:4", "--plane", "v=-4:4", "--points", "6x4"),

@@ -28,7 +28,7 @@ from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Entry, Items, 
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame
-from slipfold.text import PrintedTable, listed, number_text
+from slipfold.text import PrintedTable, listed, number_text, parameter_text
 
 SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""
@@ -437,11 +437,9 @@ class BasinFractions(Result):
         return FractionEstimates(*np.array(rows).T)
 
     def _head(self) -> str:
-        first, last = (number_text(self.values[place]) for place in (0, -1))
-        unit = self.model.parameter(self.vary).unit
+        span = parameter_text(self.model.parameter(self.vary), self.values[0], self.values[-1])
         return (
-            f"{self.model!r}: {f'{self.vary} {first} to {last} {unit}'.rstrip()}, "
-            f"{len(self.values)} values, {len(self.starts)} starts at each"
+            f"{self.model!r}: {span}, {len(self.values)} values, {len(self.starts)} starts at each"
         )
 
     def _all(self) -> Iterator[tuple[int, Attractor]]:

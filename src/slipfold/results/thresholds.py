@@ -17,7 +17,7 @@ from slipfold.results.curves import without_defaults
 from slipfold.results.fields import TEXT, Entry, Labels
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.text import PrintedTable, headed, parameter_text, with_unit
+from slipfold.text import PrintedTable, headed, parameter_text, place_text, with_unit
 
 GRID = "{axes[0]} {axes[1]}"
 
@@ -102,10 +102,8 @@ class ThresholdMap(GridThresholds, Result):
         sentences = []
         for kind, count in self.failures.items():
             at = tuple(np.argwhere(self.kinds == kind)[0])
-            place = ", ".join(
-                with_unit(f"{name} = {values[index]:.6g}", self.model.parameter(name).unit)
-                for (name, values), index in zip(self.over.items(), at, strict=True)
-            )
+            pairs = zip(self.over.values(), at, strict=True)
+            place = place_text(self.model, self.over, [values[index] for values, index in pairs])
             points = f"{count} point{'s' * (count > 1)}"
             reason = self.reasons[at]
             sentences.append(f"No threshold at {points}: {kind}; first at {place}: {reason}")

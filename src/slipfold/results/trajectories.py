@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, index_of
 from slipfold.long_term.classification import (
     CHAOS,
     CLASSIFICATION,
@@ -32,7 +32,7 @@ from slipfold.models.quantities import DURATION
 from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Entry, Items, Labels, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.text import PrintedTable, capitalized, number_text
+from slipfold.text import PrintedTable, capitalized, parameter_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -235,7 +235,7 @@ class RegimeMap(Result):
         run
             One of `runs`.
         """
-        place = self._run(run)
+        place = index_of(run, self.runs, "run")
         names = np.char.add("period ", self.periods[place].astype(str))
         return np.where(self.kinds[place] == PERIODIC, names, self.kinds[place])
 
@@ -280,8 +280,7 @@ class RegimeMap(Result):
 
     def _head(self) -> str:
         spans = [
-            f"{name} {number_text(values[0])} to {number_text(values[-1])} "
-            f"{self.model.parameter(name).unit}".rstrip()
+            parameter_text(self.model.parameter(name), values[0], values[-1])
             for name, values in self.over.items()
         ]
         size = " x ".join(str(len(values)) for values in self.over.values())
@@ -291,9 +290,6 @@ class RegimeMap(Result):
         result = [f"Different regimes or responses in {int(self.coexist.sum())} cells"]
         return result + [UNFINISHED] * self.interrupted
 
-    def _run(self, run: str) -> int:
-        return run_index(self.runs, run)
-
     def _rows(self) -> PrintedTable:
         counts = [Counter(self.names(run).ravel().tolist()) for run in self.runs]
         result = sorted({name for each in counts for name in each} - {NONE}, key=_order)
@@ -302,13 +298,6 @@ class RegimeMap(Result):
             for run, each in zip(self.runs, counts, strict=True)
         ]
         return PrintedTable(["cells", *result], rows)
-
-
-def run_index(runs: tuple[str, ...], name: str) -> int:
-    """Return the index of a run."""
-    if name not in runs:
-        raise InputError(f"there is no run {name!r}; there are {', '.join(runs)}")
-    return runs.index(name)
 
 
 def _order(name: str) -> tuple[int, int]:
@@ -384,7 +373,7 @@ class Sweep(Result):
         name
             Its name.
         """
-        return run_index(self.runs, name)
+        return index_of(name, self.runs, "run")
 
     def repeats(self, run: str) -> NDArray[np.int64]:
         """Return the periods of trajectories in forcing periods, if necessary extrapolated.
@@ -404,9 +393,8 @@ class Sweep(Result):
         return repeats_of(states, model.state_scales(), model.angle_periods)
 
     def _head(self) -> str:
-        first, last = self.values[0], self.values[-1]
-        unit = self.model.parameter(self.vary).unit
-        span = f"{self.vary} {number_text(first)} to {number_text(last)} {unit}".rstrip()
+        ends = self.values[0], self.values[-1]
+        span = parameter_text(self.model.parameter(self.vary), *ends)
         kept = self.states.shape[2]
         return (
             f"{self.model!r}: {span}, {len(self.values)} values, {kept} periods after "

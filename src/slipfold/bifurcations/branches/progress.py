@@ -7,6 +7,7 @@ from typing import Any
 
 from slipfold.models.quantities import Parameter
 from slipfold.progress import Observer, Progress
+from slipfold.text import parameter_text
 
 SEARCHING = "periods before the first orbit"
 """Stage of a computation that has no orbit yet."""
@@ -28,7 +29,7 @@ def branch_progress(
     >>> print(branch_progress(Parameter("Nd", 0.0, "N", "force"), 2, 2, 14, 0.3, ("PD", "NS")))
     branches: 0 done  branch 2 (period 2)  14 points  Nd = 0.3 N  found: PD NS
     """
-    at = f"{parameter.name} = {value:.6g} {parameter.unit}".rstrip()
+    at = parameter_text(parameter, value)
     found = " ".join(special) or "nothing yet"
     text = f"branch {branch} (period {period})  {points} points  {at}  found: {found}"
     values: dict[str, Any] = {"branch": branch, "period": period, "points": points}

@@ -17,7 +17,7 @@ from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import Measured, PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
-from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, parameter_text
+from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, place_text
 
 MULTIPLIERS = "Floquet multipliers, complex, shape ({}n_states,), largest modulus first; for an "
 MULTIPLIERS += "equilibrium, those of the flow over the model's ``duration``."
@@ -49,8 +49,7 @@ class LocatedPoint(OneLine, ReadOnly):
     stuck_fraction: Annotated[float, STUCK.format("")] = np.nan
 
     def _line(self) -> str:
-        pairs = zip(names_of(self.vary), self.certain_values, strict=True)
-        at = ", ".join(parameter_text(self.model.parameter(name), value) for name, value in pairs)
+        at = place_text(self.model, names_of(self.vary), self.certain_values)
         return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
 
     def _rows(self) -> PrintedTable:

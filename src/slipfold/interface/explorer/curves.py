@@ -32,7 +32,7 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.records import provenance
 from slipfold.results.study import StudyResult
 from slipfold.studies.plan import Grid
-from slipfold.text import certain, listed
+from slipfold.text import certain, listed, place_text
 
 
 def checked_view(checked: Checked | None) -> dict[str, Any] | None:
@@ -119,12 +119,10 @@ def _words(point: SpecialPoint) -> str:
 
 
 def _sentence(point: SpecialPoint) -> str:
-    unit = point.model.parameter(point.vary).unit
-    value = certain(point.value, point.uncertainty)
-    at = f"at {point.vary} = {value:.6g} {unit}".rstrip()
+    at = place_text(point.model, [point.vary], point.certain_values)
     lead = "" if point.leads_to is None else f"; branch {point.leads_to} leaves here"
     period = f" of period {point.period}" if point.model.forced else ""
-    text = f"{_words(point)}{period} {at}{lead}"
+    text = f"{_words(point)}{period} at {at}{lead}"
     return text[0].upper() + text[1:]
 
 
@@ -235,17 +233,14 @@ def _locus(locus: Locus) -> dict[str, Any]:
 
 
 def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
-    position = [
-        f"{name} = {value:.6g} {point.model.parameter(name).unit}".rstrip()
-        for name, value in zip(point.vary, point.certain_values, strict=True)
-    ]
+    position = place_text(point.model, point.vary, point.certain_values)
     name = point.name[0].upper() + point.name[1:]
     title = locus_title(locus.type, locus.period, locus.kind)
     return {
         "type": point.type,
         "x": number(point.values[0]),
         "y": number(point.values[1]),
-        "sentence": f"{name} on the {title} at {', '.join(position)}",
+        "sentence": f"{name} on the {title} at {position}",
         "meaning": meaning_of(point.type),
     }
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.progress import branch_progress
-from slipfold.bifurcations.branches.solution_curve import OrbitSeries
+from slipfold.bifurcations.branches.solution_curve import OrbitSeries, names_of
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
@@ -32,7 +32,7 @@ from slipfold.results.checks.orbit_difference import (
     retraced_difference,
 )
 from slipfold.results.checks.switched import switched_difference
-from slipfold.text import parameter_text
+from slipfold.text import place_text
 
 if TYPE_CHECKING:
     from slipfold.bifurcations.loci.locus import Locus
@@ -290,9 +290,7 @@ def _holds_more(orbit: PeriodicOrbit) -> bool:
 
 
 def _at(curve: OrbitSeries, values: Any) -> str:
-    names = (curve.vary,) if isinstance(curve.vary, str) else curve.vary
-    pairs = zip(names, np.atleast_1d(values).tolist(), strict=True)
-    return ", ".join(parameter_text(curve.model.parameter(name), value) for name, value in pairs)
+    return place_text(curve.model, names_of(curve.vary), np.atleast_1d(values).tolist())
 
 
 def _thresholds(found: GridThresholds) -> Iterator[Candidate]:
@@ -301,10 +299,8 @@ def _thresholds(found: GridThresholds) -> Iterator[Candidate]:
     for place in spread(len(ordered)) if len(ordered) else ():
         first, second = ordered[place].tolist()
         model = found.model_at(first, second)
-        at = ", ".join(
-            parameter_text(model.parameter(name), model.values[name])
-            for name in (found.threshold, *found.axes)
-        )
+        names = (found.threshold, *found.axes)
+        at = place_text(model, names, [model.values[name] for name in names])
         # The critical multiplier is what it is said to be; eight segments span the period.
         flow = flow_of(model)
         start, one_period = found.states[first, second][None], (np.zeros(1), np.ones(1))
