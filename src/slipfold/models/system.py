@@ -21,6 +21,13 @@ if TYPE_CHECKING:
     from slipfold.models.definitions.system_file import WatchedValue
 
 
+_TABLES = (
+    *("name", "title", "sizes", "parameters", "formulas", "states", "contacts", "forcing"),
+    *("outputs", "limits", "events"),
+)
+"""Arguments of the constructor that are tables or entries of the definition."""
+
+
 class System(Model):
     """A model made from equations that are written as text.
 
@@ -114,20 +121,8 @@ class System(Model):
         events: Mapping[str, Any] | None = None,
         **values: float | str,
     ) -> None:
-        tables = {
-            "name": name,
-            "title": title,
-            "sizes": sizes,
-            "parameters": parameters,
-            "formulas": formulas,
-            "states": states,
-            "contacts": contacts,
-            "forcing": forcing,
-            "outputs": outputs,
-            "limits": limits,
-            "events": events,
-        }
-        given = {key: table for key, table in tables.items() if table is not None}
+        arguments = locals()
+        given = {key: arguments[key] for key in _TABLES if arguments[key] is not None}
         equations = _equations_of(definition, given)
         system = equations.definition
         self._take(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import heyoka as hy
@@ -228,13 +228,9 @@ class ComplianceLoad(NormalLoad):
     )
     Ns: float = described(_STATIC)
     d: float = described(positive("d", 1.0, "m", "approach of the surfaces at rest", "$d$"))
-    en: Any = field(
-        default=None,
-        metadata={
-            "parameter": positive(
-                "en", 1.0, "m", "length over which separation is rounded off", r"$\varepsilon_n$"
-            )
-        },
+    en: Any = described(
+        positive("en", 1.0, "m", "length over which separation is rounded off", r"$\varepsilon_n$"),
+        None,
     )
     exponent: float = structural("power m of the approach, from 1 to 10", 1.0, _checked_exponent)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar, Self
 
@@ -195,7 +195,7 @@ class GapSpring(OneDirection):
 
     k: float = described(positive("k", 1.0, "N/m", "stiffness of a stop", "$k$"))
     gap: float = described(Parameter("gap", 0.0, "m", "gap before a stop", symbol="$g$"))
-    e: Any = field(default=None, metadata={"parameter": _ROUNDING})
+    e: Any = described(_ROUNDING, None)
     side: Any = structural('``"above"``, ``"below"`` or ``"both"``', "above")
 
     def prepare(self) -> None:
@@ -278,7 +278,7 @@ class TabulatedSpring(OneDirection):
         "force in N by displacement in m: rows, shape (n, 2), or a mapping", read=_checked_table
     )
     factor: float = described(Parameter("factor", 1.0, "", "factor of a tabulated spring"))
-    e: Any = field(default=None, metadata={"parameter": _ROUNDING})
+    e: Any = described(_ROUNDING, None)
 
     def prepare(self) -> None:
         """Refuse exact corners."""
