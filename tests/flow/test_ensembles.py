@@ -5,7 +5,6 @@ import pytest
 
 import slipfold as sf
 from helpers.toy_models import FLOOR
-from slipfold import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.simulate import simulate
 
@@ -103,18 +102,3 @@ def test_an_interrupt_keeps_what_is_done():
     assert points.interrupted
     assert np.isfinite(points.states[:, :3]).all()
     assert np.isnan(points.states[:, 4:]).all()
-
-
-@pytest.mark.parametrize(
-    ("starts", "values", "message"),
-    [
-        (np.zeros(4), None, "give \\(k, 4\\) numbers"),
-        ([[0, 0, 0, np.inf]], None, "not all finite"),
-        (np.zeros((2, 4)), {"Nd": [0.1]}, "one for each of the 2 starts"),
-        (np.zeros((2, 4)), {"Md": [0.1, 0.2]}, "no parameter 'Md'"),
-        (np.zeros((2, 4)), {"Nd": [0.1, 2.0]}, "give Nd < Ns"),
-    ],
-)
-def test_wrong_input_is_refused(starts, values, message):
-    with pytest.raises(InputError, match=message):
-        stroboscopic_samples(OSCILLATOR, starts, values, 3)

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
 from slipfold.flow.explicit_steps import EXPLICIT, explicit_steps_of
 from slipfold.flow.flow import flow_of
@@ -343,9 +342,8 @@ class Ensemble:
 class StroboscopicSamples:
     """States of many trajectories at phase zero of each forcing period."""
 
-    states: (
-        Array  # shape (k, periods + 1, n); NaN from where a trajectory stopped or was interrupted
-    )
+    # Shape (k, periods + 1, n); NaN from where a trajectory stopped or was interrupted
+    states: Array
     stopped: tuple[GuardStop | None, ...]  # why and when each trajectory ended early, length k
     # Whether a contact stuck or was open in the period before each point, shape (k, periods + 1)
     stuck: NDArray[np.bool_]
@@ -354,8 +352,8 @@ class StroboscopicSamples:
 
 def stroboscopic_samples(
     model: Model,
-    starts: ArrayLike,
-    values: Mapping[str, ArrayLike] | None = None,
+    starts: Array,
+    values: Mapping[str, Array] | None = None,
     periods: int = 1000,
     observer: Observer | None = None,
     *,
@@ -370,62 +368,31 @@ def stroboscopic_samples(
 
     Shapes: starts (k, n); values (k,) each.
     """
-    states = _checked_starts(model, starts)
-    models = models_with(model, len(states), values or {})
-    result = StroboscopicSamples(
-        np.full((len(states), periods + 1, states.shape[1]), np.nan),
-        (),
-        np.zeros((len(states), periods + 1), bool),
-    )
-    total, interrupted = len(states) * (transient + periods), False
-    with Ensemble(models, states, threads) as ensemble:
+    models, shape = models_with(model, len(starts), values or {}), (len(starts), periods + 1)
+    states, stuck = np.full((*shape, starts.shape[1]), np.nan), np.zeros(shape, bool)
+    total, interrupted = len(starts) * (transient + periods), False
+    with Ensemble(models, starts, threads) as ensemble:
         try:
             for period in range(transient + periods + 1):
                 if period:
                     ensemble.advance()
                     if observer is not None:
-                        observer(Progress("forcing periods", period * len(states), total))
+                        observer(Progress("forcing periods", period * len(starts), total))
                 if period >= transient:
-                    result.states[:, period - transient] = ensemble.states
-                    result.stuck[:, period - transient] = ensemble.stuck
+                    states[:, period - transient] = ensemble.states
+                    stuck[:, period - transient] = ensemble.stuck
         except KeyboardInterrupt:
             if observer is None:
                 raise
             interrupted = True
-        return StroboscopicSamples(result.states, ensemble.stopped, result.stuck, interrupted)
+        return StroboscopicSamples(states, ensemble.stopped, stuck, interrupted)
 
 
-def models_with(model: Model, count: int, values: Mapping[str, ArrayLike]) -> list[Model]:
+def models_with(model: Model, count: int, values: Mapping[str, Array]) -> list[Model]:
     """Return the model of each trajectory."""
-    columns = {}
-    for name, given in values.items():
-        model.variable_parameter(name)
-        column = np.asarray(given, dtype=float)
-        if column.shape != (count,):
-            raise InputError(
-                f"the values of {name} have the shape {column.shape}; give one for each of the "
-                f"{count} starts"
-            )
-        columns[name] = column
-    ends = [
-        {name: float(column[index]) for name, column in columns.items()}
-        for index in (0, count // 2, count - 1)
-    ]
-    model = measured_within(model, ends) if columns else measured(model)
-    if not columns:
-        return [model] * count
-    rows = zip(*columns.values(), strict=True)
-    return [model.replace(**dict(zip(columns, map(float, row), strict=True))) for row in rows]
-
-
-def _checked_starts(model: Model, starts: ArrayLike) -> Array:
-    try:
-        states = np.array(starts, dtype=float)
-    except (TypeError, ValueError):
-        states = np.empty(0)
-    n = len(model.states)
-    if states.ndim != 2 or states.shape[1] != n or not len(states):
-        raise InputError(f"the starts have the shape {states.shape}; give (k, {n}) numbers")
-    if not np.isfinite(states).all():
-        raise InputError("the starts are not all finite numbers; give such")
-    return states
+    if not values:
+        return [measured(model)] * count
+    each = zip(*values.values(), strict=True)
+    rows = [dict(zip(values, map(float, row), strict=True)) for row in each]
+    model = measured_within(model, [rows[0], rows[count // 2], rows[-1]])
+    return [model.replace(**row) for row in rows]

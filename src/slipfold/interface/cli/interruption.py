@@ -64,7 +64,6 @@ class _DeferredInterrupt:
     def __init__(self) -> None:
         self.pressed = self.overdue = self.started = False
         self.timer = threading.Timer(GRACE, self._is_overdue)
-        self.timer.daemon = True
 
     def check(self) -> None:
         """Stop here if there was a signal."""
