@@ -17,7 +17,7 @@ from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
-from slipfold.models.levels import reference_of, unit_of
+from slipfold.models.levels import quantity_of, reference_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import POINT_TYPES, REQUESTED_TYPES
 from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema
@@ -115,7 +115,7 @@ def _reference(measure: str) -> str | None:
 
 def level_unit(model: Model, output: str, measure: str) -> str:
     """Return the unit of a level: dB and its reference."""
-    return f"dB re {reference_of(unit_of(model, output), _reference(measure)).text}"
+    return f"dB re {reference_of(quantity_of(model, output).unit, _reference(measure)).text}"
 
 
 def measured_along(branch: Branch, output: str, measure: str) -> Array:

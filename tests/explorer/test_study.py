@@ -55,7 +55,7 @@ def test_a_result_that_is_no_study_is_not_opened(tmp_path):
     sf.simulate(sf.SlidingOscillator(), 1).save(file)
     result = run("explore", str(file), "--no-browser")
     assert result.exit_code == 2
-    assert f"{file} holds a result of one case; give one of slipfold study" in result.stderr
+    assert f"{file} holds a Simulation, which is of one case; give one of slipfold" in result.stderr
 
 
 def test_there_is_no_study_unless_one_was_opened(explorer):

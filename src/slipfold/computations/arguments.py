@@ -39,14 +39,19 @@ def checked_forced(model: Model, consequence: str = NO_PHASE) -> Model:
     return model
 
 
-def checked_point(given: Any, types: Sequence[str] = LOCUS_TYPES) -> SpecialPoint:
-    """Return the special point given, or raise; it must be of some types that have loci."""
+def special_point_of(given: Any) -> SpecialPoint:
+    """Return the special point given, or raise."""
     point = given.point if isinstance(given, Labeled) else given
     if not isinstance(point, SpecialPoint):
         raise InputError(
-            f"point = {given!r} is no special point; give one of a diagram's, e.g. "
-            "diagram.special[0]"
+            f"{given!r} is not a special point of a branch; give e.g. diagram.special[0]"
         )
+    return point
+
+
+def checked_point(given: Any, types: Sequence[str] = LOCUS_TYPES) -> SpecialPoint:
+    """Return the special point given, or raise; it must be of some types that have loci."""
+    point = special_point_of(given)
     if point.type not in types:
         raise InputError(
             f"a special point of type {point.type} has no gradients; give one of type "

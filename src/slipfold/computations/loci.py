@@ -20,6 +20,7 @@ from slipfold.computations.arguments import (
     checked_model,
     checked_settings,
     refuse_varied,
+    special_point_of,
 )
 from slipfold.declarations import documented
 from slipfold.errors import InputError
@@ -31,6 +32,7 @@ from slipfold.results.checks.curves import check_loci
 from slipfold.results.diagram import Labeled
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.records import provenance
+from slipfold.text import place_text
 
 AnyModel = TypeVar("AnyModel", bound=Model)
 
@@ -87,7 +89,15 @@ def locus(
                 "events are located on loci from special points, but a model is given; leave them "
                 "out, or give a special point"
             )
-        return _of_model(special_point, vary, window, type, settings, on_progress, switch)
+        if not switch:
+            raise InputError(
+                "switch=False is for loci from special points, but a model is given; give a type "
+                'of bifurcation instead, e.g. type="PD"'
+            )
+        return bifurcation_set(
+            special_point, vary, window, types=type, regions=False, settings=settings,
+            on_progress=on_progress,
+        )  # fmt: skip
     if type is not None:
         raise InputError(
             f"type = {type!r} goes with a model, but special points have theirs; leave it out"
@@ -119,39 +129,16 @@ def locus(
     )
 
 
-def _of_model(
-    model: Model,
-    vary: tuple[str, str],
-    window: options.Window,
-    type_: str | None,
-    settings: Settings | None,
-    on_progress: Observer | None,
-    switch: bool,
-) -> LocusDiagram:
-    if not switch:
-        raise InputError(
-            "switch=False is for loci from special points, but a model is given; give a type of "
-            'bifurcation instead, e.g. type="PD"'
-        )
-    return bifurcation_set(
-        model, vary, window, types=type_, regions=False, settings=settings, on_progress=on_progress
-    )
-
-
 def _points(given: Any) -> list[SpecialPoint]:
-    items: list[Any] = [given] if isinstance(given, SpecialPoint | Labeled) else _listed(given)
-    points = [item.point if isinstance(item, Labeled) else item for item in items]
-    for point in points:
-        if not isinstance(point, SpecialPoint):
-            raise InputError(
-                f"{point!r} is not a special point of a branch; give e.g. diagram.special[0]"
-            )
+    one = isinstance(given, SpecialPoint | Labeled)
+    points = [special_point_of(item) for item in ([given] if one else _several(given))]
     if not points:
         raise InputError("no special point is given; give at least one, e.g. diagram.special[0]")
     return points
 
 
-def _listed(given: Any) -> list[Any]:
+def _several(given: Any) -> list[Any]:
+    """Return the items of a sequence, or what stands for a sequence of one."""
     return list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
 
 
@@ -232,8 +219,7 @@ def bifurcation_set(
 
 
 def _types(given: Any) -> tuple[Any, ...]:
-    items = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else given
-    return tuple(item.upper() if isinstance(item, str) else item for item in items)
+    return tuple(item.upper() if isinstance(item, str) else item for item in _several(given))
 
 
 def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
@@ -247,7 +233,7 @@ def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
 
 
 def _periods(given: Any) -> tuple[Any, ...]:
-    items = tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
+    items = tuple(_several(given))
     for item in items:
         if isinstance(item, bool | np.bool_):
             raise InputError(f"period = {item} is not a number of forcing periods; give 1 or 2")
@@ -296,13 +282,9 @@ def with_position(
     """Return what reports progress with the values of the two parameters in its text."""
     if on_progress is None:
         return None
-    units = [model.parameter(name).unit for name in plane]
 
     def report(progress: Progress) -> None:
-        position = ", ".join(
-            f"{name} = {value:.6g} {unit}".rstrip()
-            for name, value, unit in zip(plane, progress.values["place"], units, strict=True)
-        )
+        position = place_text(model, plane, progress.values["place"])
         on_progress(replace(progress, text=f"{progress.text}  {position}"))
 
     return report

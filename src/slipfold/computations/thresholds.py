@@ -20,7 +20,7 @@ from slipfold.computations.arguments import (
     refuse_varied,
 )
 from slipfold.declarations import documented
-from slipfold.errors import InputError, suggest
+from slipfold.errors import InputError, index_of
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
@@ -389,11 +389,7 @@ def _kept(
 
 def _state(point: SpecialPoint, state: str | None) -> int:
     names = [item.name for item in point.model.states]
-    if state is None:
-        return 0
-    if state not in names:
-        raise InputError(f"no state {state!r}; {suggest(state, names)}there are {', '.join(names)}")
-    return names.index(state)
+    return 0 if state is None else index_of(state, names, "state")
 
 
 def _starts(model: Model, bounds: Mapping[str, tuple[float, float]]) -> list[Array]:

@@ -38,13 +38,13 @@ STANDARD = {
 """References of ISO 1683 by unit."""
 
 
-def unit_of(model: Model, output: str) -> str:
-    """Return the unit of a state or output."""
-    items: list[State | Output] = [*model.states, *model.outputs()]
-    units = {item.name: item.unit for item in items}
-    if output not in units:
-        raise unknown(f"{model.name} has no output", output, units)
-    return units[output]
+def quantity_of(model: Model, name: str) -> State | Output:
+    """Return a state or output by name, or raise."""
+    items: dict[str, State | Output] = {item.name: item for item in model.states}
+    items |= {item.name: item for item in model.outputs()}
+    if name not in items:
+        raise unknown(f"{model.name} has no output", name, items)
+    return items[name]
 
 
 def reference_of(unit: str, given: float | str | None = None) -> Reference:

@@ -20,7 +20,7 @@ from slipfold.flow.hybrid_trajectory import first_mode
 from slipfold.flow.modes import Mode, reported_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.angles import count_revolutions, distances, revolutions_by_name
-from slipfold.models.levels import POWERS, reference_of, unit_of
+from slipfold.models.levels import POWERS, quantity_of, reference_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import OutputName
 from slipfold.orbits.extrema import (
@@ -118,7 +118,7 @@ class Measured(Documented):
         """
 
         def level(orbit: PeriodicOrbit) -> float:
-            unit = unit_of(orbit.model, output)
+            unit = quantity_of(orbit.model, output).unit
             size = abs(orbit.mean(output)) if unit in POWERS else orbit.rms(output)
             return reference_of(unit, reference).level(size)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.levels import unit_of
+from slipfold.models.levels import quantity_of
 from slipfold.models.model import Model
 from slipfold.models.units import units_of
 from slipfold.orbits.extrema import Extrema
@@ -57,7 +57,7 @@ def parse_measured(text: str, model: Model) -> Quantity:
             f"{text!r} does not say what is measured; write one of {', '.join(MEASURES)} and an "
             f"output, e.g. 'max {model.states[0].name}'"
         )
-    return Quantity(measure, output, unit_of(model, output))
+    return Quantity(measure, output, quantity_of(model, output).unit)
 
 
 def read_off(extrema: Extrema, quantities: Sequence[Quantity]) -> Array:

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.angles import REVOLUTION
+from slipfold.models.levels import quantity_of
 from slipfold.models.model import Model
-from slipfold.models.quantities import Output, Parameter, State
+from slipfold.models.quantities import Parameter
 from slipfold.orbits.bifurcation_types import POINT_TYPES
 
 COLUMN = 3.45
@@ -170,14 +171,10 @@ def legend_below(ax: Axes, lines: float, **options: Any) -> None:
 
 def label_of(model: Model, output: str, unit: str | None = None) -> str:
     """Return the axis label of a state or output, with its own unit or another."""
-    items: list[State | Output] = [*model.states, *model.outputs()]
-    for item in items:
-        if item.name == output:
-            label = item.label or item.name
-            unit = item.unit if unit is None else unit
-            return label if not unit or f"({unit})" in label else f"{label} ({unit})"
-    known = ", ".join(item.name for item in items)
-    raise InputError(f"{model.name} has no output {output!r}; it has {known}")
+    item = quantity_of(model, output)
+    label = item.label or item.name
+    unit = item.unit if unit is None else unit
+    return label if not unit or f"({unit})" in label else f"{label} ({unit})"
 
 
 def add_color_bar(ax: Axes, mesh: ScalarMappable) -> Axes:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from slipfold.declarations import Option
 from slipfold.errors import InputError
 from slipfold.interface.cli.commands import argument, given_text
-from slipfold.interface.cli.reading import equations_file, find_model
+from slipfold.interface.cli.reading import equations_file, find_model, load_result
 from slipfold.interface.cli.running import note, say
 
 if TYPE_CHECKING:
@@ -78,12 +78,7 @@ def explore(
 
 
 def _study(file: str) -> StudyResult:
-    from slipfold.results.result import load
     from slipfold.results.study import StudyResult
 
-    result = load(file)
-    if not isinstance(result, StudyResult):
-        raise InputError(
-            f"{file} holds a result of one case; give one of slipfold study, or a case file"
-        )
-    return result
+    advice = "which is of one case; give one of slipfold study, or a case file"
+    return load_result(file, StudyResult, advice)

@@ -16,7 +16,7 @@ from slipfold.interface.cli.commands import (
     read_varied,
     vary_option,
 )
-from slipfold.interface.cli.reading import find_model, parse_assignments, parse_event
+from slipfold.interface.cli.reading import find_model, load_result, parse_assignments, parse_event
 from slipfold.options import Regimes, Regions, Types
 
 if TYPE_CHECKING:
@@ -139,15 +139,12 @@ def locus(
 def load_response(path: str) -> Diagram:
     """Read a saved response."""
     from slipfold.results.diagram import Diagram
-    from slipfold.results.result import load
 
-    result = load(path)
-    if not isinstance(result, Diagram):
-        raise InputError(
-            f"{path} holds a {type(result).__name__}, but loci start from the special points of a "
-            "response; give a file that slipfold response --out wrote"
-        )
-    return result
+    advice = (
+        "but loci start from the special points of a response; give a file that slipfold response "
+        "--out wrote"
+    )
+    return load_result(path, Diagram, advice)
 
 
 def select_points(

@@ -135,7 +135,7 @@ def plot(
 def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
     """Return the points of a response as CSV, a row each; of tori there are only extrema."""
     from slipfold import lines
-    from slipfold.models.levels import unit_of
+    from slipfold.models.levels import quantity_of
     from slipfold.orbits.extrema import AVERAGED
     from slipfold.results.tables import Frame
 
@@ -157,7 +157,7 @@ def _rows(diagram: Diagram, output: str | None, measure: str = "max") -> str:
         rows += [(tori.id, *row, "") for row in zip(tori.parameter, *extrema, strict=True)]
     heads = [f"{part.partition(' re ')[0]} {shown}" for part in parts]
     names = "branch", diagram.vary, *heads, "type"
-    unit = "" if measure == lines.STUCK else unit_of(model, shown)
+    unit = "" if measure == lines.STUCK else quantity_of(model, shown).unit
     unit = lines.level_unit(model, shown, measure) if lines.is_level(measure) else unit
     units = {diagram.vary: model.parameter(diagram.vary).unit, **dict.fromkeys(heads, unit)}
     columns = {name: [row[i] for row in rows] for i, name in enumerate(names)}

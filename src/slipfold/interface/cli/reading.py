@@ -7,13 +7,15 @@ import re
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
     from slipfold.bifurcations.branches.settings import Event
     from slipfold.models.model import Model
+
+R = TypeVar("R")
 
 _EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*(?:=(.*))?", re.DOTALL)
 
@@ -44,6 +46,16 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
             print(f"slipfold: {given}: {note}", file=sys.stderr)
         return model
     return model_named(given, **with_law(given, law), **changes)
+
+
+def load_result(path: str, kind: type[R], advice: str) -> R:
+    """Read a saved result of a kind, or say what else to give."""
+    from slipfold.results.result import load
+
+    result = load(path)
+    if not isinstance(result, kind):
+        raise InputError(f"{path} holds a {type(result).__name__}, {advice}")
+    return result
 
 
 def equations_file(given: str) -> Path | None:
@@ -162,7 +174,7 @@ def parse_event(text: str, model: Model, varied: Collection[str], stop: bool = F
     Event(name='Vrel', value=0.2, measure='min', stop=False)
     """
     from slipfold.bifurcations.branches.settings import Event
-    from slipfold.errors import suggest
+    from slipfold.models.levels import quantity_of
     from slipfold.models.units import parse_quantity
 
     match = _EVENT.fullmatch(text)
@@ -172,14 +184,7 @@ def parse_event(text: str, model: Model, varied: Collection[str], stop: bool = F
             'write e.g. "min(Vrel)=0.2", or "max(x)" for where that has an extremum'
         )
     measure, name, value = match[1], match[2] or match[3], match[4]
-    if name in varied and measure is None:
-        unit = model.parameter(name).unit
-        wanted = None if value is None else parse_quantity(value, unit, name)
-        return Event(name, wanted, "parameter", stop)
-    units = {state.name: state.unit for state in model.states}
-    units |= {output.name: output.unit for output in model.outputs()}
-    if name not in units:
-        near = "" if name in varied else suggest(name, [*units, *varied])
-        raise InputError(f"{model.name} has no output {name!r}; {near}it has {', '.join(units)}")
-    wanted = None if value is None else parse_quantity(value, units[name], name)
-    return Event(name, wanted, measure or "max", stop)
+    of_parameter = name in varied and measure is None
+    unit = (model.parameter(name) if of_parameter else quantity_of(model, name)).unit
+    wanted = None if value is None else parse_quantity(value, unit, name)
+    return Event(name, wanted, measure or ("parameter" if of_parameter else "max"), stop)
