@@ -10,6 +10,7 @@ from playwright.sync_api import expect
 import slipfold as sf
 from helpers.explorer_models import RAYLEIGH
 from helpers.explorer_page import DIAGRAM, ORBIT, PLANE, ExplorerPage, served
+from helpers.long_tests import all_but_often_long
 
 UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent !== first"
 """Whether the server has taken the request for the plane: it tells of progress, or is done."""
@@ -18,17 +19,11 @@ UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent
 FILES = {item.stem: item for item in sorted(Path(__file__).parents[1].glob("models/*.toml"))}
 """Two that nothing forces, ten masses, friction with memory, a stiff one."""
 
-OFTEN = ("sliding", "stuart-landau", "steady-sliding")
-"""Forced in a plane, a cycle, an equilibrium that squeals."""
+OFTEN = ("stuart-landau",)
+"""A cycle, beside the forced oscillators and the equilibrium that other tests show."""
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[] if name in OFTEN else pytest.mark.long)
-        for name in (*sf.built_in_models(), *FILES)
-    ],
-)
+@pytest.mark.parametrize("name", all_but_often_long((*sf.built_in_models(), *FILES), OFTEN))
 def test_every_model_goes_through_every_panel(explorer, name):
     page = explorer.page
     own = FILES.get(name)

@@ -6,7 +6,7 @@ from playwright.sync_api import expect
 
 from helpers.explorer_page import DIAGRAM, ExplorerPage, places, violations
 
-WIDTHS = (900, 1280, 1600, 1920)
+WIDTHS = {"light": (900, 1920), "dark": (1280, 1600)}
 PLOTS = "#diagram .plot, #plane .plot, #orbit .stage, #orbit .smalls"
 
 ON_ITS_LINE = """
@@ -81,12 +81,12 @@ def test_it_can_be_read_in_both_themes_and_every_width(new_tab):
     explorer, page = new_tab, new_tab.page
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)
-    for theme in ("light", "dark"):
+    for theme, widths in WIDTHS.items():
         page.emulate_media(color_scheme=theme, reduced_motion="reduce")
         page.wait_for_function(
             "(name) => document.documentElement.dataset.theme === name", arg=theme
         )
-        for width in WIDTHS:
+        for width in widths:
             page.set_viewport_size({"width": width, "height": 900})
             page.wait_for_function(
                 "([selector, width]) => { const plot = document.querySelector(selector); return"
