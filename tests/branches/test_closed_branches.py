@@ -47,7 +47,7 @@ r^2 = 5, p^2 = 3/16, and is unstable between."""
 
 SETTINGS = [
     sf.Settings(),
-    sf.Settings(steps=sf.Steps(largest=0.05)),
+    pytest.param(sf.Settings(steps=sf.Steps(largest=0.05)), marks=pytest.mark.long),
     sf.Settings(discretization="collocation"),
 ]
 

@@ -66,7 +66,7 @@ def test_frequency_response_closes_on_both_doublings(case, backward):
         assert child.nodes[index, :half] == pytest.approx(child.nodes[index, half:], abs=1e-8)
 
 
-@pytest.mark.parametrize("index", range(len(CASCADES)))
+@pytest.mark.parametrize("index", [0, pytest.param(1, marks=pytest.mark.long), 2])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_cascades(index, reverse):
     branches = cascade(index, reverse)
@@ -89,7 +89,7 @@ def test_cascades(index, reverse):
             assert apart > 1e-5
 
 
-@pytest.mark.parametrize("index", range(len(CASCADES)))
+@pytest.mark.parametrize("index", [0, pytest.param(1, marks=pytest.mark.long), 2])
 def test_cascades_do_not_depend_on_the_direction(index):
     def found(branches, period):
         return sorted(

@@ -16,6 +16,7 @@ PAGES = sorted(path for path in GALLERY.rglob("*.py") if not re.search(HELPERS, 
 
 # Systems of tests/docs/test_demos.py, or of other tests.
 LONG = ["auto_demos", "bifurcationkit", "duffing_cascade", "pin_on_disc", "chain", "lorenz"]
+LONG += ["freire", "roessler", "mathieu", "belts", "mode_coupling", "squeal_of_the_oscillator"]
 
 
 @pytest.mark.parametrize(

@@ -428,7 +428,7 @@ def test_a_bogdanov_takens_point_of_a_symmetry_has_the_coefficients_of_its_form(
     # x'' = m x + b x' - x^3 - x^2 x'/2, whose other equilibria have Hopf points at b = m/2.
     states = {"x": "y", "y": "m*x + b*y - x^3 - 0.5*x^2*y"}
     model = sf.System(parameters={"m": -0.3, "b": -0.1}, states=states)
-    found = sf.locus(model, ("m", "b"), ((-0.5, 0.5), (-0.5, 0.5)))
+    found = sf.locus(model, ("m", "b"), ((-0.35, 0.1), (-0.15, 0.1)))
     hopf = of_type(found, "HB", "equilibrium")
     assert len(hopf) == 2  # the images of the second have none of their own
     assert hopf[1].values[:, 1] == pytest.approx(0.5 * hopf[1].values[:, 0], abs=1e-9)

@@ -169,10 +169,10 @@ def angles(*rates):
 @pytest.mark.parametrize(
     ("states", "number"),
     [
-        pytest.param(FREE, "2", id="two, and an amplitude that nothing damps"),
-        pytest.param(FREE | {"w": "x - 2*w"}, "at most 3", id="the same, and a state that decays"),
+        pytest.param(FREE, "2", id="two, and an amplitude", marks=LONG),
+        pytest.param(FREE | {"w": "x - 2*w"}, "at most 3", id="and one that decays"),
         pytest.param(angles("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(a-b)"), "2", id="two angles"),
-        pytest.param(angles(*THREE), "at most 3", id="three angles"),
+        pytest.param(angles(*THREE), "at most 3", id="three angles", marks=LONG),
     ],
 )
 def test_zero_exponents_and_dimensions_limit_the_number_of_frequencies(states, number):

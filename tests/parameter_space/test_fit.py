@@ -194,7 +194,7 @@ def test_intervals_hold_the_truth_of_friction_and_damping():
     assert coverage(truth, {"mu": (0.3, 0.7), "zeta1": (0.002, 0.05)}, seen, COUNT) < 0.985
 
 
-@pytest.mark.parametrize("rounds", [2, 8])
+@pytest.mark.parametrize("rounds", [2, pytest.param(8, marks=pytest.mark.long)])
 def test_an_interrupted_fit_keeps_the_best_values_so_far(noisy, fitted, rounds):
     seen = []
 
