@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import slipfold as sf
@@ -35,9 +36,22 @@ def test_a_state_that_does_not_follow_is_seen():
     assert [item.method for item in wrong.disagreeing] == ["other steps"]
 
 
-def test_a_branch_that_sticks_says_that_it_agrees():
-    cycle = sf.periodic_orbit(belt(sf.Coulomb(mu_s=1.0, mu_k=0.5)))
-    checked = sf.response(cycle, vary="Vd", span=(0.2, 0.25)).checked
+def joint():
+    """A small mass that friction holds on a large one, whose displacement has another scale."""
+    contact = sf.FrictionContact({"x": 1, "y": -1}, sf.Coulomb(mu_k=0.3), load=1.0, Vd=0.0)
+    given = {"names": "x y", "contacts": contact, "forcing": sf.HarmonicForce("x", F=1.0)}
+    return sf.Structure(np.diag([1, 0.1]), 0.02 * np.eye(2), [[1.1, -0.1], [-0.1, 0.1]], **given)
+
+
+@pytest.mark.parametrize(
+    ("orbit", "vary", "span"),
+    [
+        (lambda: sf.periodic_orbit(belt(sf.Coulomb(mu_s=1.0, mu_k=0.5))), "Vd", (0.2, 0.25)),
+        (joint, "f", (0.24, 0.32)),
+    ],
+)
+def test_a_branch_that_sticks_says_that_it_agrees(orbit, vary, span):
+    checked = sf.response(orbit(), vary=vary, span=span).checked
     assert checked.count
     assert {item.method for item in checked.checks} == {"other steps"}
     assert checked.agree, str(checked)

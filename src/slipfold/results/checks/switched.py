@@ -180,7 +180,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
     """
     model, end = orbit.model, float(orbit.period)
     system = replace(hybrid_system(model, orbit.state), energies=False)
-    scales = model.state_scales()
+    by = SwitchedShooting(model, {}, orbit.period)
 
     def integrated(state: Array) -> tuple[Array, list[Mode]]:
         start = system.held(orbit.first_mode, state, 0.0)
@@ -189,16 +189,15 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
     arrived, order = integrated(orbit.state)
     passed = list(dense_phases(model, orbit.state, orbit.first_mode, end))
     drift, forces = compare_phases(system, passed, orbit.state)
-    apart = wrap_angles(arrived - orbit.state, model.angle_periods) / scales
+    apart = wrap_angles(arrived - orbit.state, model.angle_periods) / by.sizes
     states = max(float(np.abs(apart).max()), drift, forces * CHECKS.states / CHECKS.forces)
-    by = SwitchedShooting(model, {}, orbit.period)
     rest = by.resting(orbit.state[None], system.constants)
     if rest is not None:
         states = max(states, _off_the_middle(system, passed, rest.contacts))
     place = Difference(float(states) if np.isfinite(states) else np.inf)
 
     def differenced(step: float) -> Array | None:
-        columns = []
+        columns, scales = [], by.scales
         for one in np.eye(len(scales)):
             (more, first), (less, second) = (
                 integrated(orbit.state + sign * step * one * scales) for sign in (1, -1)
