@@ -44,6 +44,16 @@ def test_a_search_without_end_before_the_first_point_is_ended(
     assert signal.getsignal(number) == before
 
 
+def test_signals_that_are_sent_together_are_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    def twice(check: Callable[[], None]) -> None:
+        for _ in range(2):
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    assert not interrupted(twice)
+    monkeypatch.setattr(interruption, "TOGETHER", 0.0)
+    assert interrupted(twice)
+
+
 def test_a_point_that_takes_too_long_ends_the_branch_and_what_was_found_is_kept(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -6,6 +6,7 @@ import _thread
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -14,6 +15,9 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 GRACE = 0.4
 """Maximum seconds of the next point after a signal."""
+
+TOGETHER = 0.2
+"""Seconds in which signals are one: `timeout` sends it to the command and to its group."""
 
 INTERRUPTIBLE = frozenset(
     {
@@ -40,7 +44,7 @@ that a command imports none that it does not call."""
 
 @contextmanager
 def deferred_interrupts() -> Iterator[Callable[[], None]]:
-    """Note Ctrl-C or SIGTERM instead of raising `KeyboardInterrupt`; a second one does raise it.
+    """Note Ctrl-C or SIGTERM instead of raising `KeyboardInterrupt`; a second one does.
 
     An interrupt while a branch is assembled would lose it. Functions that keep finished results are
     interrupted if the next point takes too long.
@@ -62,13 +66,14 @@ class _DeferredInterrupt:
     """A signal that waits until it is safe to stop."""
 
     def __init__(self) -> None:
-        self.pressed = self.overdue = self.started = False
+        self.overdue = self.started = False
+        self.pressed: float | None = None  # when
         self.timer = threading.Timer(GRACE, self._is_overdue)
 
     def check(self) -> None:
         """Stop here if there was a signal."""
         self.started = True
-        if self.pressed:
+        if self.pressed is not None:
             raise KeyboardInterrupt
 
     def receive(self, number: int, frame: FrameType | None) -> None:
@@ -79,13 +84,13 @@ class _DeferredInterrupt:
             # Before the first point there is nothing to lose.
             if not self.started or _keeps_results(frame):
                 raise KeyboardInterrupt
-        elif self.pressed:
-            signal.default_int_handler(number, frame)
-        else:
-            self.pressed = True
+        elif self.pressed is None:
+            self.pressed = time.monotonic()
             self._wait()
             if sys.stderr.isatty():
                 print("\nslipfold: stopping at the next point", file=sys.stderr)
+        elif time.monotonic() - self.pressed >= TOGETHER:
+            signal.default_int_handler(number, frame)
 
     def _wait(self) -> None:
         self.timer.cancel()
