@@ -16,7 +16,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.flow.compiled_code import cached, shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, with_variations
 from slipfold.flow.sharp_turns import TURNS, VERSION, sharp_turns, take_apart
@@ -41,13 +41,15 @@ class EXPLICIT:
     shortest_ratio: float = 0.2  # of two steps
     longest_ratio: float = 4.0
     max_steps: int = 600  # after which a trajectory is left behind
-    steps_per_round: int = 6  # after which trajectories that have not arrived form new batches
     batch: int = 256  # trajectories: many for the cost of a call, few for the processor's cache
     cubic_safety: float = 0.5  # of a minimum between the ends of a step
     ensemble_batch: int = 512  # trajectories without derivatives
     calls: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)  # a period
     ensemble_tolerance: float = 1e-9  # estimated error of four steps; the error is a tenth
 
+
+REGISTERS = 16
+"""Trajectories that fill two registers of AVX-512."""
 
 # Reordered sums take half of the time; NaN remains NaN.
 FASTEST = {"fast_math": True, "opt_level": OPTIMIZATION}
@@ -216,15 +218,16 @@ class PropagatedStates:
 
 @dataclass(frozen=True)
 class LinearizedSteps:
-    """A compiled step.
+    """A compiled step, and the control of its length.
 
-    Arguments, a row each: states, then their derivatives by each of the first states and along the
-    change of coefficients, phase, length of the step, coefficients, scales, change of coefficients.
-    Values: states and derivatives after it, its error, outputs of limits and their rates before it,
-    and both after it.
+    Arguments of the step, a row each: coefficients, scales, change of coefficients, states, their
+    derivatives by each of the first states and along the change of coefficients, phase, length of
+    the step. Values: states and derivatives after it, its error, outputs of limits and their rates
+    before it, and both after it. The control takes them all, from the states on.
     """
 
-    function: Any
+    step: Any
+    control: Any
     states: int
     limits: int
 
@@ -242,107 +245,52 @@ class LinearizedSteps:
 
         Shapes: states, scales (l, n); start (l,); coefficients, change (l, n_c).
         """
-        n, count = self.states, len(states)
-        size = n * (n + 2)
-        work = np.zeros((size + 2 + coefficients.shape[1] * 2 + n, count))
-        work[:n] = states.T
-        rows = work[n:size].reshape(n, n + 1, count)
-        rows[np.arange(n), np.arange(n)] = 1.0
-        work[size], work[size + 1] = start, min(1 / 32, length)
-        work[size + 2 :] = np.concatenate([coefficients, scales, change], axis=1).T
-        passed = _Passed()
+        n, watched, (count, given) = self.states, self.limits, coefficients.shape
+        size, own = n * (n + 2), 2 * given + n
+        bounds = own + size + 2
+        work = np.zeros((bounds + 3 * watched + 2, count))
+        np.concatenate([coefficients, scales, change], axis=1, out=work[:own].T)
+        work[own : own + n] = states.T
+        derivatives = work[own + n : own + size].reshape(n, n + 1, count)
+        derivatives[np.arange(n), np.arange(n)] = 1.0
+        work[own + size] = start
+        work[-2:] = start + length, np.full(count, tolerance)
+        work[own + size + 1] = np.minimum(1 / 32, work[-2] - start)
         going = np.flatnonzero(np.isfinite(work).all(axis=0))
-        arrived = np.zeros(count, bool)
-        for _ in range(0, EXPLICIT.max_steps, EXPLICIT.steps_per_round):
+        work[bounds:-2] = np.inf
+        left = np.full(count, EXPLICIT.max_steps)
+        while len(going):
             for first in range(0, len(going), EXPLICIT.batch):
-                some = going[first : first + EXPLICIT.batch]
-                with np.errstate(all="ignore"):
-                    arrived[some] = self._advance(
-                        work, some, start[some] + length, passed, tolerance
-                    )
-            going = going[~arrived[going] & np.isfinite(work[size + 1, going])]
-            if not len(going):
-                break
-        work[:size, ~arrived] = np.nan
-        derivatives = work[n:size].reshape(n, n + 1, count).transpose(2, 0, 1)
-        bounds = passed.bounds(count, self.limits)
-        return PropagatedStates(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
+                self._advance(work, own, going[first : first + EXPLICIT.batch], left)
+            going = going[(work[own + size, going] < work[-2, going]) & (left[going] > 0)]
+        work[own : own + size, ~(work[own + size] >= work[-2])] = np.nan
+        derivatives = derivatives.transpose(2, 0, 1)
+        found = work[own : own + n].T, derivatives[..., :n], derivatives[..., n]
+        lowest, highest, above = work[bounds:-2].reshape(3, watched, count).transpose(0, 2, 1)
+        return PropagatedStates(*found, lowest, -highest, above)
 
-    def _advance(
-        self, whole: Array, rows: NDArray[np.int64], ends: Array, passed: _Passed, tolerance: float
-    ) -> NDArray[np.bool_]:
-        """Take a few steps with some trajectories; return which have arrived."""
-        size, count, watched = self.states * (self.states + 2), len(rows), self.limits
+    def _advance(self, whole: Array, own: int, rows: NDArray[np.int64], left: Indices) -> None:
+        """Take steps with some trajectories until half have arrived, or all that fill a register.
+
+        Their states follow `own` other rows; so many steps are `left` for each.
+        """
         # Full registers: other code computes the remainder, so that results would depend on the
         # number of trajectories.
-        more = -count % 16
-        work = np.ascontiguousarray(whole[:, np.concatenate([rows, np.full(more, rows[0])])])
-        ends = np.concatenate([ends, np.full(more, ends[0])])
-        phase, step = work[size], work[size + 1]
-        values = np.empty((size + 1 + 4 * watched, work.shape[1]))
-        left = phase < ends
-        for _ in range(EXPLICIT.steps_per_round):
-            last = phase + step >= ends
-            step[last] = (ends - phase)[last]
-            self.function(work, outputs=values)
-            factor = EXPLICIT.safety * (tolerance / values[size]) ** (1 / EXPLICIT.order)
-            good = (values[size] <= tolerance) & left
-            np.copyto(work[:size], values[:size], where=good)
-            kept = good[:count]
-            passed.add(rows[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
-            phase[good] = np.where(last, ends, phase + step)[good]
-            left &= ~(good & last)
-            longest = np.where(good, EXPLICIT.longest_ratio, EXPLICIT.safety)
-            requested = step * np.fmin(np.fmax(factor, EXPLICIT.shortest_ratio), longest)
-            requested[np.isnan(factor)] = 0.25 * step[np.isnan(factor)]
-            step[:] = np.where(left, requested, 0.0)
-            if not left.any():
+        lanes = np.concatenate([rows, np.full(-len(rows) % REGISTERS, rows[0])])
+        known, size = len(whole), self.states * (self.states + 2)
+        work = np.empty((known + size + 1 + 4 * self.limits, len(lanes)))
+        whole.take(lanes, axis=1, out=work[:known], mode="clip")
+        moving, phase, end = work[own : known - 2], work[own + size], work[known - 2]
+        result = np.empty_like(moving)
+        enough = len(lanes) // 2 if len(lanes) > REGISTERS else 0
+        for _ in range(left[rows].min()):
+            left[rows] -= 1
+            self.step(work[: own + size + 2], outputs=work[known:])
+            self.control(work[own:], outputs=result)
+            moving[:] = result
+            if np.count_nonzero(phase < end) <= enough:
                 break
-        whole[:, rows] = work[:, :count]
-        return ~left[:count]
-
-
-class _Passed:
-    """Outputs of limits before and after all steps of many trajectories."""
-
-    def __init__(self) -> None:
-        self._motions = [np.empty(0, dtype=np.int64)]
-        self._steps, self._seen = list[Array](), list[Array]()
-
-    def add(self, rows: NDArray[np.int64], steps: Array, seen: Array) -> None:
-        """Add steps of some trajectories. Shapes: steps (k,); seen (4 n_limits, k)."""
-        self._motions.append(rows)
-        self._steps.append(steps)
-        self._seen.append(seen)
-
-    def bounds(self, count: int, watched: int) -> tuple[Array, Array, Array]:
-        """Return minimum and maximum values, and lower bounds between them, each (l, n_limits).
-
-        A value that falls first and then rises follows a cubic, with a safety factor.
-        """
-        lowest, above = np.full((2, watched, count), np.inf)
-        highest = np.full((watched, count), -np.inf)
-        trajectories = np.concatenate(self._motions)
-        if len(trajectories) and watched:
-            steps = np.concatenate(self._steps)
-            seen = np.concatenate(self._seen, axis=1).reshape(4, watched, -1)
-            before, falls, after, rises = seen * np.array([np.ones_like(steps), steps] * 2)[:, None]
-            cubic = 2 * (before - after) + falls + rises
-            square = 3 * (after - before) - 2 * falls - rises
-            with np.errstate(all="ignore"):
-                turn = -falls / (square + np.sqrt(square * square - 3 * cubic * falls))
-                minimum = before + turn * (falls + turn * (square + turn * cubic))
-            ends = np.minimum(before, after)
-            minimum = np.where((falls < 0) & (rises > 0), np.fmin(minimum, ends), ends)
-            for row in range(watched):
-                np.minimum.at(lowest[row], trajectories, ends[row])
-                np.maximum.at(highest[row], trajectories, np.maximum(before, after)[row])
-                np.minimum.at(
-                    above[row],
-                    trajectories,
-                    (minimum - EXPLICIT.cubic_safety * (ends - minimum))[row],
-                )
-        return lowest.T, highest.T, above.T
+        whole[own : known - 2, rows] = moving[:, : len(rows)]
 
 
 @shared_by_kind
@@ -358,9 +306,11 @@ def linearized_steps_of(model: Model) -> LinearizedSteps | None:
         return None
     bounds = [limit.output for limit in model.limits]
     watching = f"errors of derivatives too, by rows, watching rates of {bounds!r}"
-    key = f"linearized explicit steps, {watching}\n{equations.fingerprint()}"
-    function = cached(key, lambda: _build_linearized(equations, whole, changes, model.limits))
-    return LinearizedSteps(function, equations.dimension, len(model.limits))
+    key = f"linearized explicit steps, coefficients first, {watching}\n{equations.fingerprint()}"
+    step = cached(key, lambda: _build_linearized(equations, whole, changes, model.limits))
+    counts = equations.dimension, len(model.limits)
+    control = cached(f"control of {counts}\n{EXPLICIT}", lambda: _build_control(*counts))
+    return LinearizedSteps(step, control, *counts)
 
 
 def _build_linearized(
@@ -382,8 +332,59 @@ def _build_linearized(
     there: dict[str, Any] = dict(zip(whole.names, ends, strict=True))
     there[str(whole.phase)] = whole.phase + step
     after = list(hy.subs(watched, there)) if watched else []
-    arguments = [*whole.states, whole.phase, step, *whole.coefficients, *scales, *changes]
+    arguments = [*whole.coefficients, *scales, *changes, *whole.states, whole.phase, step]
     return hy.cfunc([*ends, error, *watched, *after], vars=arguments, **FASTEST)
+
+
+def _build_control(states: int, limits: int) -> Any:
+    """Compile what follows a step: what counts of it, the next one, and bounds of outputs.
+
+    Bounds are minima: of values at the ends of steps, of these with the other sign, and between.
+    """
+    size = states * (states + 2)
+    counted = {"before": size, "after": size, "value": 4 * limits, "bound": 3 * limits}
+    before, after, values, bounds = (
+        [hy.expression(f"{name} {i}") for i in range(count)] for name, count in counted.items()
+    )
+    phase, step, end, tolerance, error = hy.make_vars("phase", "step", "end", "allowed", "error")
+    none, shortest = hy.expression(0.0), hy.expression(EXPLICIT.shortest_ratio)
+    good, last = hy.lte(error, tolerance), hy.lte(end - phase, step)
+    factor = EXPLICIT.safety * (tolerance / error) ** (1 / EXPLICIT.order)
+    longest = hy.select(good, none + EXPLICIT.longest_ratio, none + EXPLICIT.safety)
+    factor = hy.select(hy.lte(shortest, factor), _least(factor, longest), shortest)
+    new_phase = hy.select(good, hy.select(last, end, phase + step), phase)
+    new_step = _least(factor * step, end - new_phase)
+    new_states = [hy.select(good, *pair) for pair in zip(after, before, strict=True)]
+    passed = [_passed(step, *values[i::limits]) for i in range(limits)]
+    # A step of no length, of what has arrived, changes nothing.
+    counts = hy.logical_and([good, hy.lt(none, step)])
+    least = (_least(known, passed[i % limits][i // limits]) for i, known in enumerate(bounds))
+    new_bounds = [hy.select(counts, *pair) for pair in zip(least, bounds, strict=True)]
+    arguments = [*before, phase, step, *bounds, end, tolerance, *after, error, *values]
+    results = [*new_states, new_phase, new_step, *new_bounds]
+    return hy.cfunc(results, vars=arguments, opt_level=OPTIMIZATION)
+
+
+def _passed(step: Any, before: Any, falls: Any, later: Any, rises: Any) -> tuple[Any, Any, Any]:
+    """Return the bounds of an output from its values and rates at the ends of a step.
+
+    A value that falls first and then rises follows a cubic, with a safety factor.
+    """
+    none, falls, rises = hy.expression(0.0), falls * step, rises * step
+    cubic = 2.0 * (before - later) + falls + rises
+    square = 3.0 * (later - before) - 2.0 * falls - rises
+    turn = -falls / (square + hy.sqrt(square * square - 3.0 * cubic * falls))
+    minimum = before + turn * (falls + turn * (square + turn * cubic))
+    ends = _least(before, later)
+    turns = hy.logical_and([hy.lt(falls, none), hy.lt(none, rises), hy.lt(minimum, ends)])
+    between = hy.select(turns, minimum - EXPLICIT.cubic_safety * (ends - minimum), ends)
+    return ends, _least(-before, -later), between
+
+
+def _least(first: Any, second: Any) -> Any:
+    """Return the least of two values; not a number if one is none."""
+    other = hy.select(hy.lt(second, first), second, first + second)
+    return hy.select(hy.lte(first, second), first, other)
 
 
 def _rate(value: Any, equations: Equations) -> Any:
