@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
-from slipfold.long_term.search import Box, box_around, checked_box
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval, parse_quantity
@@ -81,17 +80,6 @@ def equidistant(parameter: Parameter, span: Any, count: int) -> NDArray[np.float
     """Return equidistant values of a parameter, rising, shape (count,), or raise."""
     low, high = sorted(interval(parameter, span))
     return np.linspace(low, high, count)
-
-
-def checked_starts(
-    model: Model, box: Any, starts: int, seed: int
-) -> tuple[Box, NDArray[np.float64]]:
-    """Return a box, that around the model's start if none is given, and starts in it, or raise.
-
-    Shapes: returns the box and (n_starts, n_states).
-    """
-    where = box_around(model) if box is None else checked_box(model, box)
-    return where, where.starts(starts, seed) if starts else np.empty((0, len(model.states)))
 
 
 def checked_events(events: object) -> tuple[Event, ...]:

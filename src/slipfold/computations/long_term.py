@@ -16,7 +16,6 @@ from slipfold.arrays import Array
 from slipfold.computations.arguments import (
     checked_forced,
     checked_model,
-    checked_starts,
     equidistant,
     refuse_varied,
 )
@@ -32,6 +31,7 @@ from slipfold.results.records import provenance
 
 if TYPE_CHECKING:
     from slipfold.flow.trajectory import Trajectory
+    from slipfold.long_term.search import Box
     from slipfold.results.attractors import Attractors, BasinFractions, Basins
     from slipfold.results.checks.checked import Checked
     from slipfold.results.simulation import Simulation
@@ -196,7 +196,7 @@ def attractors(
     from slipfold.results.attractors import Attractors
 
     changed = measured(checked_model(model).replace(**parameters))
-    where, states = checked_starts(changed, box, starts, seed)
+    where, states = _starts_in(changed, box, starts, seed)
     started = perf_counter()
     result = search(changed, states, periods, on_progress)
     return Attractors(
@@ -253,7 +253,7 @@ def basin_fractions(
     changed = checked_model(model).replace(**parameters)
     values = equidistant(changed.variable_parameter(vary), span, points)
     changed = measured(changed.replace(**{vary: 0.5 * (values[0] + values[-1])}))
-    where, states = checked_starts(changed, box, starts, seed)
+    where, states = _starts_in(changed, box, starts, seed)
     started = perf_counter()
     result = find_fractions(changed, vary, values, states, periods, on_progress)
     return BasinFractions(
@@ -344,6 +344,17 @@ def basins(
     )
 
 
+def _starts_in(model: Model, box: Any, starts: int, seed: int) -> tuple[Box, Array]:
+    """Return a box, that around the model's start if none is given, and starts in it, or raise.
+
+    Shapes: returns the box and (n_starts, n_states).
+    """
+    from slipfold.long_term.search import box_around, checked_box
+
+    where = box_around(model) if box is None else checked_box(model, box)
+    return where, where.starts(starts, seed) if starts else np.empty((0, len(model.states)))
+
+
 def _axes(model: Model, plane: Mapping[str, Any], points: tuple[int, int]) -> list[Array]:
     """Return the coordinates of starts along both axes; one axis may be the phase."""
     from slipfold.long_term.search import checked_box
@@ -421,7 +432,7 @@ def sweep(
         raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
     directions = tuple(name for name in (UP, DOWN) if name in runs)
     at = changed.replace(**{vary: float(values[len(values) // 2])})
-    _, states = checked_starts(measured(at) if starts and box is None else at, box, starts, seed)
+    _, states = _starts_in(measured(at) if starts and box is None else at, box, starts, seed)
     if not directions and not len(states):
         raise InputError("neither a sweep nor a start is requested; give runs or starts")
     started = perf_counter()

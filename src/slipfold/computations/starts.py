@@ -25,7 +25,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer
 
 if TYPE_CHECKING:
-    from slipfold.long_term.coexisting import BranchSearch
+    from slipfold.bifurcations.branches.gaps import BranchSearch
 
 
 def first_begin(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.bifurcations.branches.gaps import BranchSearch
 from slipfold.errors import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.equilibrium import equilibrium_near
@@ -115,7 +116,7 @@ class ATTRACTOR:
     paced: int = 7  # trajectories from which the interval is chosen
     slower: float = 8.0  # ratio of intervals, where they arrive and before, above which it grows
     search_values: int = 4  # of the parameter at which trajectories start
-    search_periods: int = 256  # of each trajectory
+    search_periods: int = BranchSearch.periods  # of each trajectory
     search_starts: int = 32  # trajectories at each, and starts of Newton's method
     same_branch: float = 1e-4  # distance of two orbits that are the same: branches are interpolated
 

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slipfold.errors import InputError, not_supported, suggest
 from slipfold.models.definitions.source import Source, source_of_file, source_of_text
@@ -16,8 +16,10 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import read_law
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
+
+if TYPE_CHECKING:
+    from slipfold.models.structures.structure import Structure
 
 WITH_FRICTION = ("sliding", "steady-sliding")
 """Models that take a friction law as ``friction``."""
@@ -78,12 +80,18 @@ def _files() -> dict[str, Traversable]:
     return named
 
 
+def _structure() -> type[Structure]:
+    """Return the class of structures, imported where a model is one."""
+    from slipfold.models.structures.structure import Structure
+
+    return Structure
+
+
 @lru_cache(maxsize=64)
 def _default(name: str) -> Model:
     source = source_of_text(built_in_text(name))
-    if "structure" in source.tables:
-        return Structure.from_tables(source.tables)
-    return System(source.tables)
+    made = _structure().from_tables if "structure" in source.tables else System
+    return made(source.tables)
 
 
 def _from_file(name: str, **values: Any) -> Model:
@@ -181,11 +189,9 @@ def _model_in(source: Source, folder: Path | None, name: str) -> Model | None:
         return None
     if "states" in source.tables:
         return System._read(source, name or "system")
-    return (
-        Structure._read(source, folder, name or "structure")
-        if "structure" in source.tables
-        else None
-    )
+    if "structure" not in source.tables:
+        return None
+    return _structure()._read(source, folder, name or "structure")
 
 
 def _named_model(path: Path) -> Model:

@@ -12,11 +12,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.gaps import BranchSearch, gaps_between
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import unknown
-from slipfold.long_term.coexisting import BranchSearch, gaps_between
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, FOLLOWED_TYPES

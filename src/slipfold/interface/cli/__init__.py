@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 
@@ -17,6 +18,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     take_one_thread()
+    gc.disable()  # imports leave no garbage; looking for it takes a twelfth of a short command
     try:
         from slipfold.interface.cli.app import app
     except KeyboardInterrupt:  # while it starts

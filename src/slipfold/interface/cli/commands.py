@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gc
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -97,6 +98,9 @@ class Program:
             values |= reader.read(texts, values)
         module, name = self._command.home.split(":")
         function = getattr(import_module(module), name)
+        if not gc.isenabled():  # as `main` left it: what is imported stays
+            gc.freeze()
+            gc.enable()
         if not self._computes:
             return function(**values)
         outputs: Outputs = values.pop("outputs")
