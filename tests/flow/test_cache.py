@@ -13,6 +13,7 @@ from slipfold.flow import compiled_code
 from slipfold.flow.compiled_code import cache_directory, cached
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow
+from slipfold.flow.sharp_turns import TURNS, VERSION
 
 posix = pytest.mark.skipif(os.name != "posix", reason="permissions are POSIX")
 
@@ -62,6 +63,10 @@ def test_second_time_it_comes_from_the_disk(folder):
     assert cached("a", builder) == [1, 2]
     assert cached("a", builder) == [1, 2]
     assert builder.calls == 1
+
+
+def test_keys_name_the_numbers_that_are_compiled():
+    assert f"'flat': {TURNS.flat}" in VERSION
 
 
 @pytest.mark.parametrize("function", ["_machine", "_processor"])

@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache as memoise
 from functools import cached_property, lru_cache
+from inspect import get_annotations
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -108,6 +109,11 @@ def cached(key: str, build: Callable[[], Any]) -> Any:
     made = build()
     _write(path, digest, made)
     return made
+
+
+def numbers_of(rules: type) -> str:
+    """Return constants as a text, for the keys of what is compiled with them."""
+    return str({name: getattr(rules, name) for name in get_annotations(rules)})
 
 
 @memoise

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
-from slipfold.flow.compiled_code import cached, shared_by_kind
+from slipfold.flow.compiled_code import cached, numbers_of, shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, with_variations
 from slipfold.flow.sharp_turns import TURNS, VERSION, sharp_turns, take_apart
 from slipfold.models.formulas.functions import OPTIMIZATION
@@ -84,7 +84,7 @@ def explicit_steps_of(model: Model) -> ExplicitSteps:
     operations = len(method().B) * len(take_apart(equations))
     count = max(1, min(EXPLICIT.steps_per_call, EXPLICIT.operations // operations))
     looped = operations > 2 * EXPLICIT.operations
-    options = f"{EXPLICIT} {count, looped} limits={bounds!r} {VERSION}"
+    options = f"{numbers_of(EXPLICIT)} {count, looped} limits={bounds!r} {VERSION}"
     key = f"explicit steps {options}\n{equations.fingerprint()}"
     function = cached(key, lambda: _build_plain(equations, model.limits, count, looped=looped))
     return ExplicitSteps(function, count)
@@ -309,7 +309,8 @@ def linearized_steps_of(model: Model) -> LinearizedSteps | None:
     key = f"linearized explicit steps, coefficients first, {watching}\n{equations.fingerprint()}"
     step = cached(key, lambda: _build_linearized(equations, whole, changes, model.limits))
     counts = equations.dimension, len(model.limits)
-    control = cached(f"control of {counts}\n{EXPLICIT}", lambda: _build_control(*counts))
+    made = f"control of {counts}\n{numbers_of(EXPLICIT)}"
+    control = cached(made, lambda: _build_control(*counts))
     return LinearizedSteps(step, control, *counts)
 
 

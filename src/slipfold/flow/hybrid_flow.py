@@ -25,6 +25,7 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.modes import (
     ANGLE,
     CONTACT,
+    CONTACT_NUMBERS,
     END,
     LOGARITHM,
     PHASE,
@@ -147,11 +148,8 @@ class CompiledMode:
     @cached_property
     def _powers(self) -> StateFunction:
         equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
-        result = [
-            equations.coefficients[-1] * power
-            for powers in _powers(self._mode, ones, ones)
-            for power in powers
-        ]
+        flat = [power for powers in _powers(self._mode, ones, ones) for power in powers]
+        result = [equations.coefficients[-1] * power for power in flat]
         return StateFunction("powers", result, equations)
 
     def held_at(self, constants: Constants) -> list[int]:
@@ -161,7 +159,7 @@ class CompiledMode:
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]
-        made = f"tol={TOLERANCE!r} {CONTACT} {VERSION}"
+        made = f"tol={TOLERANCE!r} {CONTACT_NUMBERS} {VERSION}"
         mode = self._mode
         # A contact's limit, and the speed of its surface, may be numbers that no rate contains.
         more = [event.expression for event in self.events] + [*(mode.slow or ())]

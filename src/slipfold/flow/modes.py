@@ -11,7 +11,7 @@ from functools import cache
 import heyoka as hy
 
 from slipfold.flow.batches import TOLERANCE
-from slipfold.flow.compiled_code import shared_by_kind
+from slipfold.flow.compiled_code import numbers_of, shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, model_symbols
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.model import Model
@@ -63,6 +63,8 @@ class CONTACT:
     # the first slip after rest: the effect is of second order
     linearized: float = 1e-9
 
+
+CONTACT_NUMBERS = numbers_of(CONTACT)
 
 Mode = tuple[Status, ...]
 """Status of each contact."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.flow.compiled_code import numbers_of
 from slipfold.flow.equations import Equations, Scaled
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.quantities import Expression
@@ -198,7 +199,7 @@ EDGES = {
 """Arguments beyond which functions or their reciprocals are flat."""
 
 
-VERSION = f"turns of powers, decoupled apart, no corners={TURNS}"
+VERSION = f"turns of powers, decoupled apart, no corners={numbers_of(TURNS)}"
 """Version of the events, part of the keys of stored code."""
 
 # heyoka warns on the terminal if a trajectory with events ends in NaN, which is data here.
