@@ -224,7 +224,7 @@ def test_stick_without_a_limit_leaves_the_limit_of_other_systems(monkeypatch):
     for asks in (False, True):
         system = flow.system(state, flow_of(model).constants_of(model), energies=False)
         if asks:
-            unlimited = system.without_limit(0).run(mode, state, 0.0, 5.0)
+            unlimited = system.without_limits([0]).run(mode, state, 0.0, 5.0)
             assert unlimited.event is None
         ends.append(system.run(mode, state, 0.0, 5.0).end)
     assert 0 < ends[0] < 5

@@ -28,7 +28,7 @@ def named(model, vary, span):
     return point, branch
 
 
-def shaken(frequency, stiffness=None, **loads):
+def shaken(frequency, stiffness=None, damping=None, **loads):
     """Masses on a floor, forced alike: x'' + x = cos(W t) - MU Ns sgn x'."""
     law = sf.Coulomb(mu_s=MU, mu_k=MU)
     contacts = [
@@ -36,7 +36,7 @@ def shaken(frequency, stiffness=None, **loads):
     ]
     return sf.Structure(
         np.eye(len(loads)),
-        None,
+        damping,
         np.eye(len(loads)) if stiffness is None else stiffness,
         names=list(loads),
         contacts=contacts,
@@ -294,11 +294,33 @@ def test_a_bit_lifts_wherever_its_response_begins():
         assert point.value == pytest.approx(lift, abs=point.uncertainty)
 
 
-def test_two_masses_alike_stop_at_once():
-    # Nothing couples them, so they change places where their loads are equal.
+@pytest.mark.parametrize("damper", [0.0, 0.05])
+def test_two_masses_alike_stop_at_once(damper):
+    # They change places where their loads are equal; that matters if a damper couples them.
+    C = damper * np.array([[1.0, -1.0], [-1.0, 1.0]])
     for span in ((2.8, 3.0), (3.0, 2.8)):
-        point, branch = named(shaken(0.6, x=2.9, y=span[0]), "Ns_y", span)
-        assert point.type == "MEET"
-        assert point.value == pytest.approx(2.9, abs=point.uncertainty)
-        assert point.uncertainty < 1e-9
+        model = shaken(0.6, damping=C, x=2.9, y=span[0])
+        (branch,) = sf.response(
+            sf.periodic_orbit(model), vary="Ns_y", span=span, settings=SINGLE
+        ).branches
+        assert [point.type for point in branch.special] == (["MEET"] if damper else [])
+        for point in branch.special:
+            assert point.value == pytest.approx(2.9, abs=point.uncertainty)
+            assert point.uncertainty < 1e-9
         assert branch.stuck_fraction.min() > 0.04
+
+
+@pytest.mark.parametrize("mu_s", [0.3, 0.5])
+@pytest.mark.parametrize("f", [0.06, 0.09, 0.2])
+def test_masses_alike_have_the_multipliers_of_one(f, mu_s):
+    # Nothing couples them; opposite forces make them stop, and slip back, at the same instants.
+    found = []
+    for forces in ([1.0], [1.0, -1.0]):
+        law, size = sf.Coulomb(mu_s=mu_s, mu_k=0.3), len(forces)
+        model = sf.Structure(
+            np.eye(size), 0.1 * np.eye(size), np.eye(size),
+            contacts=[sf.FrictionContact(f"q{i + 1}", law, load=1.0, Vd=0.0) for i in range(size)],
+            forcing=[sf.HarmonicForce(f"q{i + 1}", F=F) for i, F in enumerate(forces)], f=f,
+        )  # fmt: skip
+        found.append(np.poly(sf.periodic_orbit(model).multipliers))
+    assert found[1] == pytest.approx(np.polymul(found[0], found[0]), abs=1e-11)

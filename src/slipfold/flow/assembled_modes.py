@@ -18,7 +18,6 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.affine_events import is_large
 from slipfold.flow.affine_flow import AffineFlow, is_affine
 from slipfold.flow.compiled_code import Evaluated, Slopes
 from slipfold.flow.equations import Constants, Equations
@@ -86,8 +85,8 @@ class FreeContacts(Evaluated):
     def of(
         cls, plain: Equations, contacts: Sequence[Contact], limits: Sequence[Limit]
     ) -> FreeContacts | None:
-        """Return those of a large affine structure with several contacts, None elsewhere."""
-        if len(contacts) < 2 or not is_large(plain.dimension):
+        """Return those of an affine structure with several contacts along lines, None elsewhere."""
+        if len(contacts) < 2 or any(len(contact.slip) == 2 for contact in contacts):
             return None
         free = cls(plain, contacts, limits)
         return free if is_affine(free.equations.field, free.equations) else None

@@ -14,7 +14,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.affine_events import AffineEvents, pays
+from slipfold.flow.affine_events import AffineEvents, is_large, pays
 from slipfold.flow.affine_flow import flow_of_rates
 from slipfold.flow.assembled_modes import AssembledFlow, AssembledSlopes, FreeContacts
 from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
@@ -392,6 +392,7 @@ class HybridFlow:
             with _BUILDING:
                 if mode not in self._modes:
                     free, derive = self._free, self._derived
+                    free = free if is_large(self._equations.dimension) else None
                     self._modes[mode] = AssembledMode(free, mode, derive) if free else derive(mode)
         return self._modes[mode]
 
@@ -400,9 +401,8 @@ class HybridFlow:
 
     @cached_property
     def _free(self) -> FreeContacts | None:
-        """Its contacts with free forces where modes of many are assembled, None elsewhere."""
-        known = self._equations, self.contacts, self.limits
-        return None if self.planar else FreeContacts.of(*known)
+        """Its contacts with free forces, None where these cannot be."""
+        return FreeContacts.of(self._equations, self.contacts, self.limits)
 
     def groups(self, constants: Constants) -> list[list[int]]:
         """Return groups of contacts between which the order of changes makes no difference."""
@@ -570,10 +570,10 @@ class HybridSystem:
 
         return SlowPolynomials(polynomials, len(scales), placed, compiled.held)
 
-    def without_limit(self, contact: int) -> HybridSystem:
-        """Return the system in which a contact sticks without a limit of friction."""
+    def without_limits(self, contacts: Sequence[int]) -> HybridSystem:
+        """Return the system in which contacts stick without a limit of friction."""
         weights = self.weights.copy()
-        weights[len(self.flow.contacts) + contact] *= 2.0**-100
+        weights[len(self.flow.contacts) + np.array(contacts)] *= 2.0**-100
         return HybridSystem(self.flow, self.constants, weights, self.energies)
 
 

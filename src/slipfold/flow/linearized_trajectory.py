@@ -140,17 +140,63 @@ class _Variations:
         self, part: SmoothPhase, after: Mode, end: Array, beyond: Array, varied: Array
     ) -> tuple[Array, Array]:
         """Return variations after an event, and of its time."""
-        mode, phase = reported_mode(part.mode), np.array([part.end])
-        assert part.event is not None
-        margin = EventMargin(self._flow, mode, part.event, self._constants)
-        states, explicit, by_parameters = margin.slopes(end, part.end, self._directions)
-        rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
-        new_rates = self._flow.of(after).rates(beyond[None], phase, self._constants)[0]
+        mode, event = reported_mode(part.mode), part.event
+        assert event is not None
+        # Contacts alike change at once, each at a time of its own: one after the other
+        events, delays = [event, *self._others(part, after, event.which)], list[Array]()
+        sides = end, beyond
+        for one in events:
+            following = (*mode[: one.which], after[one.which], *mode[one.which + 1 :])
+            following = after if one is events[-1] else following
+            varied, delay = self._past(one, mode, following, part.end, sides, varied)
+            mode, sides = following, (beyond, beyond)
+            delays.append(delay)
+        return self.held(after, part.state, part.end, varied), delays[0]
+
+    def _others(self, part: SmoothPhase, after: Mode, which: int) -> list[SwitchingEvent]:
+        """Return the events of contacts along lines that happen at once with that of another."""
+        mode, places, found = reported_mode(part.mode), self._system.places, list[SwitchingEvent]()
+        changed = [
+            contact
+            for contact, components in enumerate(places)
+            if contact != which
+            and mode[contact] is not after[contact]
+            and components.stop - components.start == 1
+        ]
+        if not changed:
+            return found
+        now = self._system.at(part.state, part.end)
+        friction, rates = Instant(now, places, tuple(range(len(mode))), mode).forces(mode)
+        for contact in changed:
+            at, limit = places[contact].start, now.holding[contact] * (1 - CONTACT.slack)
+            # The other's change may release one that has friction left, or stop one that starts
+            if mode[contact] is not Status.STICK and float(mode[contact]) * rates[at] < 0:
+                found.append(SwitchingEvent(Ending.STOPS, contact, None))
+            elif mode[contact] is Status.STICK and abs(friction[at]) >= limit:
+                towards = after[contact]
+                found.append(SwitchingEvent(Ending.YIELDS, contact, None, towards=towards))
+        return found
+
+    def _past(
+        self,
+        event: SwitchingEvent,
+        mode: Mode,
+        after: Mode,
+        phase: float,
+        sides: tuple[Array, Array],
+        varied: Array,
+    ) -> tuple[Array, Array]:
+        """Return variations after a change of mode, and of its time, from states on its sides."""
+        margin, at = EventMargin(self._flow, mode, event, self._constants), np.array([phase])
+        states, explicit, by_parameters = margin.slopes(sides[0], phase, self._directions)
+        rates, new_rates = (
+            self._flow.of(each).rates(state[None], at, self._constants)[0]
+            for each, state in zip((mode, after), sides, strict=True)
+        )
         met = states @ varied
-        met[len(end) :] += by_parameters
+        met[len(states) :] += by_parameters
         delay = -met / (states @ rates + explicit)
-        varied = varied + np.outer(rates - new_rates, delay)
-        return self.held(after, part.state, part.end, varied), delay
+        return varied + np.outer(rates - new_rates, delay), delay
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
         """Return variations without slip in the contacts that stick in a mode."""

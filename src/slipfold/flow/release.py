@@ -44,21 +44,26 @@ def released_at_limit(
     rest = at_rest(system, mode, now)
     instant = Instant(now, places, rest, mode)
     friction = instant.forces(mode)[0]
-    for contact, components in enumerate(places):
-        limit = now.holding[contact]
-        if mode[contact] is not Status.STICK:
-            continue
-        if math.hypot(*friction[components]) < limit * (1 - CONTACT.slack):
-            continue
-        part = system.without_limit(contact).run(mode, state, phase, phase + CONTACT.short)
-        later = system.at(part.state, part.end)
-        ahead = Instant(later, places, rest, mode).forces(mode)[0]
+    at_limit = [
+        contact
+        for contact, components in enumerate(places)
+        if mode[contact] is Status.STICK
+        and math.hypot(*friction[components]) >= now.holding[contact] * (1 - CONTACT.slack)
+    ]
+    if not at_limit:
+        return mode
+    # Contacts alike reach it together, and none may end what shows the growth of another's force.
+    part = system.without_limits(at_limit).run(mode, state, phase, phase + CONTACT.short)
+    later = system.at(part.state, part.end)
+    ahead, slips = Instant(later, places, rest, mode).forces(mode)[0], dict[int, Status]()
+    for contact in at_limit:
+        components, limit = places[contact], now.holding[contact]
         grown = math.hypot(*ahead[components]) - later.holding[contact]
         if grown - (math.hypot(*friction[components]) - limit) > TOLERANCE * limit:
-            straight = Status.FORTH if friction[components.start] > 0 else Status.BACK
-            slips = Status.SLOW if components.stop - components.start == 2 else straight
-            return instant.next_mode({contact: slips})
-    return mode
+            if components.stop - components.start == 2:  # one at a time: its speed rescales time
+                return instant.next_mode({contact: Status.SLOW})
+            slips[contact] = Status.FORTH if friction[components.start] > 0 else Status.BACK
+    return instant.next_mode(slips) if slips else mode
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +133,7 @@ class Release:
         )
         field = Field(flow.of(self._mode), constants, constants.scales, [], LinearPart())
         # First the contact is held without a limit of friction: growth at both ends gives a guess.
-        held, length = self._system.without_limit(contact), CONTACT.longest_phase
+        held, length = self._system.without_limits([contact]), CONTACT.longest_phase
         why = "slip begins against its own friction"
         while length > CONTACT.short:
             part = held.run(stuck, state, phase, phase + length)
