@@ -100,12 +100,14 @@ class Met(NamedTuple):
     rounding: float  # of the last unknown, by errors of steps and what is left of the equations
 
 
-def locate_marginal_stops(orbits: Orbits, point: OrbitPoint, kind: str = "MEET") -> Met | None:
+def locate_marginal_stops(
+    orbits: Orbits, point: OrbitPoint, kind: str | None = "MEET"
+) -> Met | None:
     """Return the orbit near another on which friction only just holds contacts that stop.
 
     An orbit that is its own symmetric image has several such stops at once. It may be neutral to
-    perturbations that separate them, so that only all conditions together locate it. None if there
-    is none.
+    perturbations that separate them, so that only all conditions together locate it. Without a kind
+    the nearest stop is tried however near it is. None if there is none.
     """
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
@@ -113,6 +115,7 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint, kind: str = "MEET")
     kind = by.met.kind if isinstance(by, MarginalShooting) else kind
     stops = MarginalShooting.stops_of(by, nodes, constants, kind)
     found = [stop for near, stop in stops if near < 1e-3]  # of what friction can hold
+    found = found or [stop for _, stop in stops[: kind is None]]
     for some in (found, found[:1]) if len(found) > 1 else (found,):
         met = solve_marginal(orbits, point, some) if some else None
         if met is not None:

@@ -405,10 +405,11 @@ def _met_from(point: OrbitPoint, kind: str) -> OrbitPoint | None:
     by, at = point.curve.orbits.by, _at(point)
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return None
-    if kind in GRAZED:
-        change = MarginalShooting.at(by, *at, kind)
-    else:
-        change = next((stop for _, stop in MarginalShooting.stops_of(by, *at)), None)
+    if kind not in GRAZED:
+        curve = point.curve
+        stops = locate_marginal_stops(curve, point, None) if isinstance(curve, Orbits) else None
+        return None if stops is None else stops.point
+    change = MarginalShooting.at(by, *at, kind)
     if change is None or change.met.level:  # slip in the plane vanishes in its own way
         return None
     return _only_just(point, change)[1]
