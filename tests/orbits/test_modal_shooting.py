@@ -273,6 +273,24 @@ def test_each_orbit_has_a_mesh_of_its_own():
     assert sharp < blunt / 5  # the errors of regularization are of the first order
 
 
+def test_a_fast_mode_is_resolved_or_refused(monkeypatch):
+    """It turns a thousand times in a period, and so does what friction does to it."""
+    contact = sf.FrictionContact("x1", sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.05), load=1.0, Vd=0)
+    stiffness = 1e6 * np.array([[0.01, -0.1], [-0.1, 1.0]]) + np.diag([1.0, 0.0])
+    forcing = sf.HarmonicForce("x1", F=1.0)
+    model = sf.Structure(
+        np.eye(2), 1e-3 * np.eye(2), stiffness, names="x1 x2", contacts=contact, forcing=forcing
+    ).replace(f=0.9 / (2 * np.pi))
+    orbit, flow = sf.periodic_orbit(model), flow_of(model)
+    constants, times = flow.constants(model.vector), np.arange(2.0)[:, None]
+    given = orbit.state[None], *times, constants, np.empty((len(constants.values), 0))
+    exact = np.poly(flow.linearize(*given)[1][0])
+    np.testing.assert_allclose(np.poly(orbit.multipliers), exact, atol=1e-7)
+    monkeypatch.setattr("slipfold.orbits.modal_shooting.SHOTS.most", 40)
+    with pytest.raises(sf.InputError, match=r"no mesh fits .* more damping of fast modes"):
+        sf.periodic_orbit(model)
+
+
 SKEW = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 0]])
 MASS = np.eye(3) + 0.1 * np.abs(SKEW)
 GIVEN = {

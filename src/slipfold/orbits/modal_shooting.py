@@ -39,7 +39,7 @@ class SHOTS:
     spare: float = 1.15  # intervals over those that the error needs
     wasteful: float = 2.0  # the same, from which a mesh is made coarser
     parts: int = 12  # segments of a period of many images: beyond, equations of nodes are sparse
-    most: int = 40  # intervals a segment; beyond, errors are what they are
+    most: int = 400  # intervals a segment: an orbit that needs more is refused
     finer: float = 1.3  # intervals of a second mesh over those of the first
     attempts: int = 8  # meshes until one fits an orbit: each finds what the last was too coarse for
     # Perturbations of forces by fast modes are polynomials as well
@@ -378,11 +378,12 @@ class ModalShooting(MeshDiscretization, Shooting):
         each = _repeating(each, self.segments, self.copies)
         own = len(lengths) // self.segments
         fits = errors.max() <= SHOTS.slack and turning * lengths.max() <= SHOTS.finer
-        if (fits or own >= SHOTS.most) and own <= SHOTS.wasteful * each:
+        if fits and own <= SHOTS.wasteful * each:
             return None
         edges = spread(pattern, density, each * self.segments // self.copies, parts)
         other = self.on(repeated(edges, self.copies))
-        return other.better(nodes, constants, blocks, tries - 1) or other
+        tries = tries - 1 if own < SHOTS.most else 0
+        return other.better(nodes, constants, blocks, tries) or other
 
     def _turning(self, constants: Constants) -> float:
         """Return how many intervals a unit of phase the modes need that do not decay."""

@@ -39,7 +39,8 @@ def no_mesh_fits(orbits: Orbits, z: Array) -> InputError:
     """Return the error of an orbit for which each mesh in turn was too coarse."""
     return InputError(
         f"no mesh fits the orbit of {orbits.model_at(z)!r}: each of {MESHES} in turn was too "
-        "coarse for it; choose other parameters, or friction that varies less steeply"
+        "coarse for it; choose other parameters, friction that varies less steeply, or more "
+        "damping of fast modes"
     )
 
 
