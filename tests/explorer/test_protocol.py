@@ -170,8 +170,8 @@ def test_a_plane_tells_its_progress_and_has_the_loci(client):
         "kind": "plane",
         "id": 6,
         "model": "sliding",
-        "x": {"name": "f", "span": [12.4, 12.6]},
-        "y": {"name": "Nd", "span": [0, 0.06]},
+        "x": {"name": "f", "span": [12.46, 12.54]},
+        "y": {"name": "Nd", "span": [0, 0.05]},
     }
     *progress, plane = ask_all(client, request)
     assert all(set(item) >= {"progress", "done"} for item in progress)

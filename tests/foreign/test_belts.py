@@ -89,13 +89,9 @@ def test_stiff_bristles_in_large_reversing_slip(law):
     assert motion.checked.agree
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
-    "law",
-    [
-        pytest.param(sf.Jenkins(kt=1e5), marks=pytest.mark.long),
-        pytest.param(sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), marks=pytest.mark.long),
-        sf.Dahl(s0=1e5),
-    ],
+    "law", [sf.Jenkins(kt=1e5), sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), sf.Dahl(s0=1e5)]
 )
 def test_the_response_of_stiff_friction_in_large_reversing_slip_is_found_and_followed(law):
     # The slider of the first gives way within a millionth of the period: no response was found.

@@ -57,7 +57,7 @@ def test_observer_is_told_of_every_point(whole):
     assert len(stages["loci"]) >= sum(len(item) for item in loci) - 2 * len(loci)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.4, 0.9])
+@pytest.mark.parametrize("share", [0.0, 0.4, pytest.param(0.9, marks=pytest.mark.long)])
 def test_what_is_done_is_kept(points, whole, share):
     loci, told = whole
     count = 1 + int(share * (len(told) - 1))

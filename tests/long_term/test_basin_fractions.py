@@ -68,6 +68,7 @@ def test_each_attractor_keeps_its_number():
         assert len({np.sign(item.state[0]) for item in along.values()}) == 1
 
 
+@pytest.mark.long
 def test_period_two_wins_seven_of_ten_starts_of_the_sliding_oscillator():
     found = sf.basin_fractions(
         sf.SlidingOscillator(f=12.2), "Nd", (0.06, 0.15), WHOLE_BOX, points=10, starts=128

@@ -58,7 +58,9 @@ STRUCTURES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", STRUCTURES)
+@pytest.mark.parametrize(
+    "name", ["wall", pytest.param("belt in the plane", marks=pytest.mark.long)]
+)
 def test_response_passes_the_first_resonance(name):
     """From one end of the span to the other; trajectories from rest converge to it."""
     model = STRUCTURES[name]

@@ -72,6 +72,7 @@ def _alive(group):
     return True
 
 
+@pytest.mark.long
 def test_a_worker_that_dies_takes_no_case_with_it(tmp_path, undisturbed):
     killed = []
 

@@ -30,7 +30,7 @@ def test_no_panel_has_a_violation_in_either_theme(own_tab):
     study = study_view(sf.study(STUDY), "duffing")
     page.route("**/api/study", lambda route: route.fulfill(json=study))
     page.set_viewport_size({"width": 1366, "height": 768})
-    own_tab.open("model=duffing&plane=W~1.3~1.5~F~0.2~0.3", plane=True)
+    own_tab.open("model=duffing&p.d=0.3&plane=W~1.3~1.5~F~0.2~0.3", plane=True)
 
     def press(name):
         page.get_by_role("button", name=name, exact=True).click()
