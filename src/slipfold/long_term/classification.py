@@ -15,7 +15,7 @@ from slipfold.flow.equilibrium import EQUILIBRIUM
 from slipfold.flow.explicit_steps import EXPLICIT
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import EXPONENTS, average, bump
-from slipfold.models.angles import mean_state, wrap_angles
+from slipfold.models.angles import ScaledStates, distances, mean_state, wrap_angles
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 
@@ -38,9 +38,7 @@ class CLASSIFICATION:
     margin: int = 2  # cells between a place and the border of its region
 
 
-def repeats_of(
-    states: Array, scales: Array, angle_periods: Array, longest: int = 16
-) -> NDArray[np.int64]:
+def repeats_of(model: ScaledStates, states: Array, longest: int = 16) -> NDArray[np.int64]:
     """Return the period of each trajectory in states; 0 where it is unknown.
 
     The change over a period is an error of the integration, or it shrinks so fast that the changes
@@ -48,16 +46,13 @@ def repeats_of(
     repeats after each revolution, so the period is the shortest one with a change that small. A
     change over half the period that is next to nothing will still fade.
 
-    Shapes: states (..., m, n); scales, angle_periods (n,); returns (...).
+    Shapes: states (..., m, n); returns (...).
     """
     count = states.shape[-2]
     result = np.zeros(states.shape[:-2], np.int64)
     changes, left = {}, np.zeros(states.shape[:-2])
     for period in range(1, min(longest, count // 3) + 1):
-        apart = (
-            wrap_angles(states[..., period:, :] - states[..., :-period, :], angle_periods) / scales
-        )
-        change = np.abs(apart).max(axis=-1)
+        change = distances(model, states[..., period:, :], states[..., :-period, :])
         width = max(change.shape[-1] // 3, 1)
         first, last = change[..., :width].max(axis=-1), change[..., -width:].max(axis=-1)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -135,7 +130,7 @@ TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"
 
 @dataclass(frozen=True, eq=False)
 class Classified:
-    """AttractorRegion properties of trajectories; shapes (k, ...), or of r runs (r, k, ...)."""
+    """What trajectories do; shapes (k, ...), or of r runs (r, k, ...)."""
 
     kinds: NDArray[np.object_]
     periods: NDArray[np.int64]
@@ -206,7 +201,8 @@ class _Pairs:
     """Trajectories, each with a neighbor, for some periods."""
 
     def __init__(self, models: list[Model], states: Array, periods: int) -> None:
-        self._scales, self._angle_periods = models[0].state_scales(), models[0].angle_periods
+        self._model = models[0]
+        self._scales, self._angle_periods = self._model.state_scales(), self._model.angle_periods
         self._count, n = states.shape
         direction = np.random.default_rng(0).normal(size=states.shape)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
@@ -253,7 +249,7 @@ class _Pairs:
         """Classify the trajectories where the evidence is clear."""
         last = np.roll(self._last, -(self._done % CLASSIFICATION.recent), axis=0)
         stopped = np.array([stop is not None for stop in self._ensemble.stopped])[::2]
-        repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._angle_periods)
+        repeats = repeats_of(self._model, last.transpose(1, 0, 2))
         grown = average(np.nan_to_num(self._logarithms[len(self._logarithms) // 4 :]))
         averages = self._sums / self._weight_sums[:, None, None]
         for index, row in enumerate(rows):
@@ -288,12 +284,8 @@ class _Pairs:
 
     def _nearly_repeats(self, states: Array) -> bool:
         """Whether a trajectory nearly repeats, and may be about to leave a response."""
-        changes = [
-            np.abs(
-                wrap_angles(states[period:] - states[:-period], self._angle_periods) / self._scales
-            )
-            for period in range(1, CLASSIFICATION.recent // 3 + 1)
-        ]
+        periods = range(1, CLASSIFICATION.recent // 3 + 1)
+        changes = (distances(self._model, states[each:], states[:-each]) for each in periods)
         return min(change.max() for change in changes) < 1e-2
 
     def _converges_to(self, averages: Array, first: Array, last: Array, fraction: float) -> int:
@@ -301,14 +293,14 @@ class _Pairs:
         numbers = np.arange(CLASSIFICATION.recent)
         late = (self._done - CLASSIFICATION.recent + numbers) % CLASSIFICATION.classes
         before, after = (
-            np.abs(wrap_angles(states - averages[which], self._angle_periods) / self._scales).max()
+            distances(self._model, states, averages[which]).max()
             for states, which in ((first, numbers % CLASSIFICATION.classes), (last, late))
         )
         if not after < max(fraction * before, CLASSIFICATION.near):
             return 0
         for period in (1, 2, 3, 4, 6, 8, 12, 24):
-            between = averages - averages[numbers[: CLASSIFICATION.classes] % period]
-            apart = np.abs(wrap_angles(between, self._angle_periods) / self._scales).max()
+            same = averages[numbers[: CLASSIFICATION.classes] % period]
+            apart = distances(self._model, averages, same).max()
             if apart <= max(CLASSIFICATION.near, 0.1 * after):
                 return period
         return 0
@@ -404,18 +396,17 @@ class TrajectoryGrid:
 
     def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Classified:
         """Classify trajectories, as far as they repeat, stick or stopped."""
-        angle_periods = self.models[0].angle_periods
-        periods = repeats_of(window.transpose(1, 0, 2), self.scales, angle_periods)
+        model = self.models[0]
+        periods = repeats_of(model, window.transpose(1, 0, 2))
         before = window[-1 - periods, np.arange(len(states))]
-        apart = wrap_angles(window[-1] - before, angle_periods) / self.scales
         result = Classified.unknown(OPEN, states)
         result.kinds[periods > 0] = PERIODIC
         result.kinds[sticks] = STICKS
         result.kinds[np.isnan(states).any(axis=1)] = STOPPED
         result.periods[:] = periods
-        result.changes[:] = np.abs(apart).max(axis=1)
+        result.changes[:] = distances(model, window[-1], before)
         for row in np.flatnonzero(periods):
-            result.means[row] = mean_state(window[-periods[row] :, row], angle_periods)
+            result.means[row] = mean_state(window[-periods[row] :, row], model.angle_periods)
         return result
 
     def classify_open(self) -> None:

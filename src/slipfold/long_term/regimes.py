@@ -24,7 +24,7 @@ from slipfold.long_term.classification import (
     Classified,
     TrajectoryGrid,
 )
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 
@@ -141,9 +141,9 @@ def _same(
     work: TrajectoryGrid, cells: Rows, one: Classified, other: Classified
 ) -> NDArray[np.bool_]:
     """Whether pairs of trajectories are the same, or may be if one is undecided."""
-    apart = np.abs(wrap_angles(one.means - other.means, work.model.angle_periods) / work.scales)
+    apart = distances(work.models[0], one.means, other.means)
     alike = (one.kinds == other.kinds) & (one.periods == other.periods)
-    periodic = alike & (apart.max(axis=1) <= CLASSIFICATION.same_mean)
+    periodic = alike & (apart <= CLASSIFICATION.same_mean)
     (rows,) = np.nonzero(alike & (one.kinds == PERIODIC) & ~periodic)
     if len(rows):
         periodic[rows] = _shifted(work, cells[rows], one.means[rows], other.means[rows])

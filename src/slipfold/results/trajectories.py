@@ -26,7 +26,7 @@ from slipfold.long_term.classification import (
 )
 from slipfold.long_term.exponents import Classification, ExponentEstimate
 from slipfold.long_term.regimes import NONE
-from slipfold.models.angles import wrap_angles
+from slipfold.models.angles import distances
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Entry, Items, Labels, axis
@@ -249,12 +249,11 @@ class RegimeMap(Result):
         result = np.zeros(self.kinds.shape[1:], bool)
         named = [self.names(run) for run in self.runs]
         known = np.isin(self.kinds, KNOWN)
-        scales, angle_periods = self.model.state_scales(), self.model.angle_periods
         for one, other in combinations(range(len(self.runs)), 2):
             both = known[one] & known[other]
-            between = wrap_angles(self.means[one] - self.means[other], angle_periods)
-            apart = np.abs(between / scales).max(axis=-1) > CLASSIFICATION.same_mean
-            result |= both & ((named[one] != named[other]) | apart)
+            apart = distances(self.model, self.means[one], self.means[other])
+            differ = (named[one] != named[other]) | (apart > CLASSIFICATION.same_mean)
+            result |= both & differ
         return result
 
     def at(self, **values: float) -> dict[str, str]:
@@ -389,8 +388,7 @@ class Sweep(Result):
             The period, 16 at most; 0 where nothing repeats, that is not clear yet, or there are no
             points.
         """
-        states, model = self.states[self.run(run)], self.model
-        return repeats_of(states, model.state_scales(), model.angle_periods)
+        return repeats_of(self.model, self.states[self.run(run)])
 
     def _head(self) -> str:
         ends = self.values[0], self.values[-1]
