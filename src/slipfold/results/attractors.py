@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Annotated, Any, NamedTuple
@@ -184,6 +184,15 @@ def starts_notes(
     if unfinished:
         notes.append(f"{unfinished} {what} not finished, the search was interrupted")
     return notes or ["Every start converged to one of them"]
+
+
+def renumbered(basins: Basins, key: Callable[[Attractor], Any]) -> Basins:
+    """Return basins with their attractors in another order, which fixes numbers and colors."""
+    labels, items = basins.labels.copy(), sorted(basins, key=key)
+    for number, item in enumerate(items, 1):
+        labels[basins.labels == item.id] = number
+    ordered = tuple(replace(item, id=number) for number, item in enumerate(items, 1))
+    return replace(basins, labels=labels, attractors=ordered)
 
 
 def in_words(item: Attractor) -> str:

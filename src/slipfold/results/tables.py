@@ -179,9 +179,7 @@ def _read_variable(item: Any, values: NDArray[Any], label: bool) -> Variable:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, bytes):
-        return value.decode()
-    return value
+    return value.decode() if isinstance(value, bytes) else value
 
 
 @dataclass(frozen=True)
@@ -224,11 +222,10 @@ class Frame:
 
 
 def _cells(column: Sequence[Any] | NDArray[Any]) -> list[Any]:
-    values = column.tolist() if isinstance(column, np.ndarray) else list(column)
     return [
         "" if value is None or value != value else int(value) if value is True or value is False
         else value
-        for value in values
+        for value in _values(column)
     ]  # fmt: skip
 
 

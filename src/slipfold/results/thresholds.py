@@ -124,7 +124,7 @@ class Design(Result):
 
     schema = "slipfold.design/1"
     row = "a design"
-
+    recorded = ("type", "vary", "value", "period", "load", "state", "level", "interrupted")
     rows = "design"
     gap = "\n\n"
 
@@ -241,15 +241,8 @@ class Design(Result):
 
     def _record(self) -> dict[str, Any]:
         return {
-            "type": self.type,
-            "vary": self.vary,
-            "value": self.value,
-            "period": self.period,
-            "load": self.load,
-            "state": self.state,
-            "level": self.level,
+            **super()._record(),
             "bounds": dict(zip(self.names, self.bounds.tolist(), strict=True)),
-            "interrupted": self.interrupted,
             "designs": [
                 {
                     "side": side,

@@ -17,7 +17,7 @@ from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
 from slipfold.long_term.classification import NOT_DONE, PERIODIC, TrajectoryGrid
 from slipfold.models.model import Model
 from slipfold.progress import Progress
-from slipfold.results.attractors import Basins, in_words
+from slipfold.results.attractors import Basins, in_words, renumbered
 
 BASIN_POINTS = (16, 48, 144)
 """Starts along both states, one number a picture; the last has eight times those before."""
@@ -35,21 +35,18 @@ def send_basins(model: Model, request: BasinsRequest, send: Emit, check: Check) 
 def _picture(result: Basins) -> dict[str, Any]:
     """Return labels row by row from below, numbered so that finer pictures keep the numbers."""
     # By properties that do not depend on how it was computed
-    order = sorted(
-        result, key=lambda item: (item.kind, item.period or 0, np.round(item.maximum, 6).tolist())
+    result = renumbered(
+        result, lambda item: (item.kind, item.period or 0, np.round(item.maximum, 6).tolist())
     )
-    labels = result.labels.copy()
-    for index, item in enumerate(order, 1):
-        labels[result.labels == item.id] = index
     first, second = result.plane
     return {
         "x": {**axis_of(result.model, first), "values": short(result.first)},
         "y": {**axis_of(result.model, second), "values": short(result.second)},
-        "labels": labels.tolist(),
+        "labels": result.labels.tolist(),
         "uncertain": result.uncertain.astype(int).tolist(),
         "attractors": [
             {"name": in_words(item), "fraction": number(result.fraction(item).value)}
-            for item in order
+            for item in result
         ],
     }
 

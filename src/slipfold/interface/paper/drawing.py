@@ -31,7 +31,7 @@ from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
 from slipfold.plots.response import BREAKS, draw_family, marks_in, name_family, torus_handles
 from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette, within
 from slipfold.plots.trajectories import COLORS, OTHERS, draw_points, draw_spectrum, name_lines
-from slipfold.results.attractors import Basins, in_words
+from slipfold.results.attractors import in_words, renumbered
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.trajectories import Sweep
@@ -361,7 +361,7 @@ def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canv
 def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     """Draw a range with two responses, and their basins of attraction."""
     curve, swept, *cases = figure.cases
-    basins = [_by_period(result[case]) for case in cases]
+    basins = [renumbered(result[case], lambda item: item.period or LAST) for case in cases]
     heights = HEIGHTS["trajectories"], HEIGHTS["plane"]
     canvas = _canvas(sum(heights) + HEIGHTS["basin legend"])
     grid = canvas.add_gridspec(2, 1, height_ratios=heights)
@@ -415,16 +415,6 @@ def _draw_both(
 def _fixed(curve: Case) -> str:
     other = "f" if curve.vary == ("Nd",) else "Nd"
     return equation_text(curve.model, other)
-
-
-def _by_period(result: Basins) -> Basins:
-    """Return basins with their attractors in the order of periods, which fixes the colors."""
-    items = sorted(result, key=lambda item: item.period or LAST)
-    labels = result.labels.copy()
-    for number, item in enumerate(items, 1):
-        labels[result.labels == item.id] = number
-    renumbered = tuple(replace(item, id=number) for number, item in enumerate(items, 1))
-    return replace(result, labels=labels, attractors=renumbered)
 
 
 def _more(result: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
