@@ -12,6 +12,7 @@ from slipfold.bifurcations.loci.follow import follow_loci
 PLANE = ("f", "Nd")
 WINDOW = PLANES[PLANE]
 SPAN = (0.0, 0.98)
+LONG = pytest.mark.long
 
 STARTS = {
     ("PD", 1): [12.2, 12.9],
@@ -53,25 +54,26 @@ def check_same(found, other, close=1e-8):
         assert values == pytest.approx(known, abs=2e-4 if kind == "codimension-2" else close)
 
 
-@pytest.mark.parametrize(("kind", "period"), STARTS, ids=lambda item: str(item))
+@pytest.mark.parametrize(
+    ("kind", "period"), [pytest.param(*of, marks=LONG if of[0] == "LP" else ()) for of in STARTS]
+)
 def test_from_another_point_of_it(kind, period):
     points = list(starting_points(kind, period))
-    assert len(points) >= 2
+    assert len(points) > 1
     # All together they are one locus, not several; it begins at the first that is given.
     (found,) = follow_loci(points[::-1], PLANE, WINDOW, switch=False)
     check_same(found, expected(kind, period))
 
 
 OFTEN = [(0.1, 1e-10), (0.5, 1e-6), (1.0, 1e-12)]
-RARELY = [(0.02, 1e-10), (0.02, 1e-6), (0.1, 1e-6)]
 
 
 def steps_and_tolerances():
-    """All for each locus; in every run one, in turn."""
+    """All for each locus; in every run one of PD and of NS, in turn."""
     for number, locus in enumerate(STARTS):
-        for item in OFTEN + RARELY:
-            often = item == OFTEN[number % 3]
-            yield pytest.param(*locus, *item, marks=[] if often else pytest.mark.long)
+        for item in [*OFTEN, (0.02, 1e-10), (0.02, 1e-6), (0.1, 1e-6)]:
+            often = item == OFTEN[number % 3] and locus[0] != "LP"
+            yield pytest.param(*locus, *item, marks=() if often else LONG)
 
 
 @pytest.mark.parametrize(("kind", "period", "largest", "tolerance"), list(steps_and_tolerances()))
@@ -81,8 +83,6 @@ def test_at_any_step_and_tolerance(kind, period, largest, tolerance):
     (found,) = follow_loci([point], PLANE, WINDOW, settings=settings, switch=False)
     check_same(found, expected(kind, period))
 
-
-# -- closed loci -------------------------------------------------------------------------------
 
 # At Nd = 0.1 N the response doubles for directions across, near the internal resonance.
 RING = {"plane": ("f", "alpha"), "window": ((11.5, 13.5), (0.0, np.pi))}
@@ -119,6 +119,5 @@ def test_a_closed_locus_closes():
         )  # fmt: skip
 
 
-RARE_RINGS = [(12.4, 0.1), (12.4, 0.25), (12.6, 0.1), (12.6, 1.0)]
-RINGS = [(12.6, 0.25), (12.4, 1.0)]
-RINGS += [pytest.param(*item, marks=pytest.mark.long) for item in RARE_RINGS]
+RARE = [(12.4, 0.1), (12.4, 0.25), (12.6, 0.1), (12.6, 1.0)]
+RINGS = [(12.6, 0.25), (12.4, 1.0), *(pytest.param(*item, marks=LONG) for item in RARE)]

@@ -70,7 +70,7 @@ def test_a_response_on_a_floor_begins_where_a_motion_settles():
         known = point.uncertainty + given.special[0].uncertainty
         assert point.value == pytest.approx(given.special[0].value, abs=known)
         assert known < 1e-8
-    for span in ((6.0, 4.5), (4.5, 6.0)):  # more than 1 / MU holds it all the time
+    for span in ((5.3, 4.8), (4.8, 5.3)):  # more than 1 / MU holds it all the time
         (branch,) = sf.response(model, "Ns_x", span, settings=SINGLE).branches
         (point,) = branch.special
         assert (point.type, branch.stopped.kind) == ("GRAZE", "span")
@@ -113,7 +113,7 @@ def test_a_mass_rests_beside_one_that_slides_steadily(damping, settled):
     assert "equilibrium in which y_contact sticks" in end.message
 
 
-@pytest.mark.parametrize(("load", "damping"), [(8.0, 0.05), (6.5, 0.05), rarely(9.0, 0.02)])
+@pytest.mark.parametrize(("load", "damping"), [(8.0, 0.05), rarely(6.5, 0.05), rarely(9.0, 0.02)])
 def test_a_mass_rests_in_the_middle_wherever_the_phase_begins(load, damping):
     # Only x is forced, so y rests at zero until the spring's pull is all that friction can be.
     contact = sf.FrictionContact("y", sf.Coulomb(mu_k=MU), load=load, Vd=0.0)
