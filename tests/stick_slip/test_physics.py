@@ -7,6 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.long_tests import all_but_often_long
+from slipfold.flow.simulate import simulate
 
 LAWS = {
     "Coulomb": sf.Coulomb(mu_s=0.6, mu_k=0.4),
@@ -75,3 +76,12 @@ def test_what_the_belt_drives_is_what_friction_gives_and_heats():
             assert item.heat == 0
         if item.contact == "wall":
             assert item.work == pytest.approx(-item.heat, abs=1e-13)
+
+
+def test_a_record_of_the_last_periods_is_the_end_of_the_whole_record():
+    whole, last = (simulate(brake(LAWS["Coulomb"]), 20, kept=kept).sticking for kept in (None, 3))
+    assert len(last.intervals) < len(whole.intervals) / 4
+    one, other = ([i[:4] for i in s.intervals if i.begin > 17] for s in (whole, last))
+    assert one == other
+    assert min(item.begin for item in last.intervals) <= 17
+    assert (whole.modes == last.modes).all()

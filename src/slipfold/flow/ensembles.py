@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Self
 
 import numpy as np
@@ -211,15 +212,15 @@ class SingleTrajectory:
         """Propagate a state over a period in which a contact may stick."""
         if self._hybrid is None:
             self._hybrid, self._before = HybridIntegration(self.model, state), done
+            self._hybrid.kept = 1
         trajectory = self._hybrid
-        first, seen = trajectory.modes[-1], len(trajectory.recorder.modes)
         trajectory.advance(1)
         if trajectory.stopped is not None:
             later = self._before * trajectory.constants.period
             self.stopped = replace(trajectory.stopped, time=trajectory.stopped.time + later)
             return []
-        modes = [first, *trajectory.recorder.modes[seen:]]
-        self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
+        seen = chain.from_iterable(trajectory.recorder.modes)
+        self.stuck = any(status in (Status.STICK, Status.OPEN) for status in seen)
         if not self.stuck and not self._sticks:
             self._hybrid = None  # the next period may have no events
         return [trajectory.states[-1]]

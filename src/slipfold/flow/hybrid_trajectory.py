@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
@@ -73,9 +74,17 @@ class Recorder:
         self._states.append(state)
         self._legs.append(len(self._energies))
 
+    def forget(self, time: float) -> None:
+        """Forget what came before the mode at a phase since the start."""
+        first = bisect_right(self._times, time) - 1
+        legs = self._legs[first]
+        for record, count in ((self._energies, legs), (self._states, first), (self.modes, first)):
+            del record[:count]
+        self._times, self._legs = self._times[first:], [leg - legs for leg in self._legs[first:]]
+
     @property
     def changes(self) -> list[ModeChange]:
-        """All changes so far."""
+        """All changes that are noted."""
         return list(map(ModeChange, self._times[1:], self._states, self.modes[1:]))
 
     @property

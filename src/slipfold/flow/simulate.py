@@ -57,12 +57,14 @@ def simulate(
     tolerance: float = 1e-9,
     observer: Observer | None = None,
     through_stick: bool = True,
+    kept: int | None = None,
 ) -> Trajectory:
     """Integrate a model, and say whether its trajectory has converged, and to what.
 
     Where a contact sticks or opens the trajectory continues, unless it is not to continue
-    `through_stick`: then it ends there, as at other limits. If it is observed, an interrupted
-    trajectory is returned as far as it came. Shapes: state (n_states,).
+    `through_stick`: then it ends there, as at other limits. Intervals of contacts are `kept` of so
+    many periods at its end, or of all. If it is observed, an interrupted trajectory is returned as
+    far as it came. Shapes: state (n_states,).
     """
     start = initial_state(model, state)
     if not through_stick or starts_in_slip(model, start):
@@ -70,6 +72,7 @@ def simulate(
         if not (through_stick and reaches_stick_limit(result.stopped, model)):
             return result
     hybrid = HybridIntegration.begin(model, start, own_duration=periods is None)
+    hybrid.kept = kept
     return hybrid.run(periods, tolerance, observer)
 
 
@@ -349,6 +352,7 @@ class HybridIntegration(Integration):
         self.modes = [mode]
         self._states = [system.held(mode, start, 0.0)]
         self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
+        self.kept: int | None = None  # periods whose record is kept: of slow ones it is long
 
     @classmethod
     def begin(
@@ -400,6 +404,8 @@ class HybridIntegration(Integration):
             state = wrap_angles(state, self.model.angle_periods)
             self.modes.append(mode)
             self._states.append(state)
+            if self.kept is not None:
+                self.recorder.forget(max(self.periods - self.kept, 0))
             on_progress()
 
     def settlement(self, tolerance: float) -> Settlement:

@@ -24,6 +24,7 @@ from slipfold.bifurcations.loci.region_map import Region, RegionCheck
 from slipfold.bifurcations.loci.window import Plane, Window
 from slipfold.errors import InputError
 from slipfold.flow.modes import MET, contacts_of
+from slipfold.flow.settlement import CONVERGENCE
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import last_round
 from slipfold.models.angles import distances
@@ -221,9 +222,9 @@ class Settled(NamedTuple):
 
 def settle(model: Model, state: Array) -> Settled:
     """Return the attractor that a trajectory from a state converges to. Shapes: state (n,)."""
-    before = 0
+    before, last = 0, CONVERGENCE.max_period
     for count in STAYS.rounds:
-        trajectory = simulate(model, count, state, tolerance=STAYS.steady)
+        trajectory = simulate(model, count, state, tolerance=STAYS.steady, kept=last)
         state = trajectory.states[-1]
         if trajectory.stopped is not None:
             break
@@ -233,13 +234,13 @@ def settle(model: Model, state: Array) -> Settled:
         before = trajectory.settlement.period or 0
     period, note = trajectory.settlement.period or 0, trajectory.settlement.message
     states = trajectory.states[-max(period, 1) :]
-    last = None if trajectory.stopped is not None else last_round(trajectory)
-    if last is None or trajectory.sticking is None:
+    shown = None if trajectory.stopped is not None else last_round(trajectory)
+    if shown is None or trajectory.sticking is None:
         return Settled(period, states, note)
     begin = trajectory.periods - max(period, 1)
     changes = any(item.end > begin for item in trajectory.sticking.intervals[:-1])
-    stops = changes or last.fraction > 0
-    return Settled(period, states, note, last.fraction if stops else np.nan)
+    stops = changes or shown.fraction > 0
+    return Settled(period, states, note, shown.fraction if stops else np.nan)
 
 
 def sticking_orbits(
