@@ -222,6 +222,17 @@ def test_gaps_are_filled_with_the_cycle_that_no_hopf_point_leads_to():
     assert sf.response(model, "omega", (0.5, 2), gaps=True, eps=-0.5).branches[0].stable.all()
 
 
+def test_a_gap_that_is_left_since_its_motion_takes_long_is_said():
+    def impatient(progress):
+        if progress.stage == "gaps":
+            raise KeyboardInterrupt
+
+    model = sf.System.from_toml(RAYLEIGH)
+    diagram = sf.response(model, "omega", (0.5, 2), gaps=True, on_progress=impatient)
+    assert [branch.kind for branch in diagram.branches] == ["equilibrium"]
+    assert diagram.unfollowed == ("interrupted before a motion had settled",)
+
+
 def test_a_gap_beyond_a_limit_is_left_alone(monkeypatch):
     monkeypatch.setattr("slipfold.computations.starts.attractor_from", None)
     diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.98), gaps=True)

@@ -100,9 +100,8 @@ class FurtherBranches:
         known, searched = Further(branches, self.follow), None
         reasons = [known.add(partial(self._begin, start)) for start in self.also]
         if self.gaps:
-            known.fill_gaps(
-                model, span, lambda at: self._begin({vary: at}), self.own, self.observer
-            )
+            begin_at = lambda at: self._begin({vary: at})  # noqa: E731
+            reasons.append(known.fill_gaps(model, span, begin_at, self.own, self.observer))
         branches = known.branches
         if self.search and not known.interrupted:
             box = None if self.search is True else checked_box(model, self.search)

@@ -80,6 +80,7 @@ class Further:
                 self.interrupted = any(branch.interrupted for branch in new)
         except KeyboardInterrupt:
             self.interrupted = True
+            return "interrupted before a motion had settled"
         except InputError as error:
             return str(error)
         return ""
@@ -91,11 +92,11 @@ class Further:
         begin: Callable[[float], Begin],
         own: float,
         observer: Observer | None,
-    ) -> None:
+    ) -> str:
         """Add the branches of attractors at parameter values that no branch reaches.
 
         These are the model's own value, if it is one, and middles of gaps. Beyond a limit of the
-        model there is nothing to follow.
+        model there is nothing to follow. Return why not all of them were tried; empty if they were.
         """
         tried = list[float]()
         while len(tried) < GAPS.places:
@@ -114,7 +115,10 @@ class Further:
             mine = not tried and any(first < own < last for first, last in gaps)
             at = own if mine else (low + high) / 2
             tried.append(at)
-            self.add(partial(_reported, observer, len(tried), branches, at, begin))
+            why = self.add(partial(_reported, observer, len(tried), branches, at, begin))
+            if self.interrupted:
+                return why
+        return ""
 
 
 def _reported(

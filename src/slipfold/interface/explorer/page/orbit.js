@@ -302,10 +302,11 @@ export class OrbitPanel {
   }
 
   #none() {
-    const { view, diagram, hasFailed, place } = this.#session;
+    const { view, diagram, hasFailed, isMore, place } = this.#session;
     const parameter = this.#session.quantity(view.vary);
     const value = withUnit(parameter, view.parameters[view.vary]);
-    const missing = `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}; move it or widen the span.`;
+    const way = isMore ? " yet" : "; move it, widen the span, or simulate and follow that motion";
+    const missing = `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}${way}.`;
     const failed = "There is no orbit, since the response could not be computed.";
     const absent = place ? "Computing the orbit…" : missing;
     this.title.textContent = hasFailed ? failed : diagram ? absent : "Computing the response…";
