@@ -85,6 +85,7 @@ class Answering:
         self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._nearest: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._moved_diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
+        self._planes: OrderedDict[Hashable, LocusDiagram] = OrderedDict()
         self._solutions = KeptTrajectories()
 
     def warm_up(self) -> None:
@@ -256,7 +257,11 @@ class Answering:
         """Return the bifurcation set that a request is about."""
         model, plane = self._catalogue.of(request), (request.x.name, request.y.name)
         window, watch = (request.x.span, request.y.span), _checking(check, observer)
-        return bifurcation_set(model, plane, window, regions=model.forced, on_progress=watch)
+        found = self._planes.get(key := (model, plane, window)) or bifurcation_set(
+            model, plane, window, regions=model.forced, on_progress=watch
+        )
+        _keep(self._planes, key, found)
+        return found
 
 
 STREAMS: Mapping[str, Callable[..., None]] = {
@@ -300,7 +305,7 @@ def _further(model: Model, vary: str, start: FurtherStart) -> PeriodicOrbit | di
     return {vary: start.value, **start.state}
 
 
-def _keep(diagrams: OrderedDict[Hashable, Diagram], key: Hashable, diagram: Diagram) -> None:
+def _keep(diagrams: OrderedDict[Hashable, Any], key: Hashable, diagram: Any) -> None:
     """Store a diagram as the newest of a few."""
     diagrams[key] = diagram
     diagrams.move_to_end(key)
