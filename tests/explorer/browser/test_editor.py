@@ -12,6 +12,14 @@ from helpers.explorer_page import ExplorerPage, served, violations
 
 TEXT = ".editor textarea"
 
+SLOW = """() => {
+  const ask = fetch;
+  window.fetch = async (...all) => {
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    return ask(...all);
+  };
+}"""
+
 
 @pytest.fixture
 def editor(new_tab):
@@ -66,8 +74,13 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     page.reload()  # another page knows nothing of the model
     page.wait_for_selector(".plot[aria-busy=false]")
     assert editor.specials() == after
-    editor.open("model=duffing&p.F=0.2")
+    # What is saved before its text has come waits for it.
+    page.evaluate(SLOW)
     page.get_by_role("button", name="Edit the model").click()
+    with page.expect_download() as saving:
+        page.get_by_role("button", name="Save", exact=True).click()
+    assert Path(saving.value.path()).read_text() == saved.read_text()
+    editor.open("model=duffing&p.F=0.2")
     with editor.redrawn():
         page.get_by_label("File with a model").set_input_files(saved)
     assert editor.specials() == after

@@ -328,7 +328,9 @@ export class ModelEditor {
     this.#openFile(event.dataTransfer.files[0]);
   }
 
-  #save() {
+  async #save() {
+    await this.#follow(); // the text may still be on its way
+    if (this.#shown === null) return;
     const { view, model } = this.#session;
     const text = this.#isChanged ? this.#text.value : saved(view, model, this.#text.value);
     const name = (model.base ?? model.name).replace(/[^\w.-]+/g, "-");
