@@ -214,10 +214,12 @@ def test_what_is_stopped_is_unfinished_and_is_put_away(new_tab):
     expect(explorer.page.locator("#plane")).to_be_hidden()
 
 
-SHADES = """async (combinations) => {
+SHADES = """async ([combinations, sticks]) => {
   const { regionColor } = await import("/page/plane_plot.js");
   const { colors } = await import("/page/theme.js");
-  return combinations.map((stable) => regionColor(stable, colors()));
+  const color = colors();
+  return combinations.map((stable) =>
+    regionColor({ stable: [stable], sticks: [sticks] }, 0, color));
 }"""
 
 
@@ -229,13 +231,15 @@ def test_each_combination_of_stable_responses_has_its_shade_as_in_figures(plane)
         for stable in combinations_with_replacement((1, 2), count)
     ]
     combinations += [[4], [3], [1, 4], [1, 3], [2, 4], [1, 1, 4]]
-    light = page.evaluate(SHADES, combinations)
+    light = page.evaluate(SHADES, [combinations, False])
+    stops = page.evaluate(SHADES, [combinations, True])
     assert len(set(light)) == len(combinations)
+    assert not {*light} & {shade for shade in stops if shade.startswith("#")}
     known = {*PALE.values(), *OTHERS}
     for stable, shade in zip(combinations, light, strict=True):
         figure = region_color(tuple(stable))
         assert shade == figure if figure in known else shade.startswith("hsl(")
     page.evaluate("document.documentElement.dataset.theme = 'dark'")
-    dark = page.evaluate(SHADES, combinations)
+    dark = page.evaluate(SHADES, [combinations, False])
     page.evaluate("document.documentElement.dataset.theme = 'light'")
     assert len({*dark, *light}) == 2 * len(combinations)

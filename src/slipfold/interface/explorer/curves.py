@@ -283,9 +283,8 @@ def _regions(regions: RegionMap) -> dict[str, Any]:
         "labels": np.asarray(regions.labels).tolist(),
         "names": {str(item.id): item.name for item in regions.regions},
         "stable": {str(item.id): list(item.stable) for item in regions.regions if item.known},
-        "anchors": {str(item.id): list(item.place) for item in regions.regions},
         "known": {str(item.id): item.known for item in regions.regions},
-        "consistent": {str(item.id): item.consistent for item in regions.regions},
+        "sticks": {str(item.id): bool(item.sticking) for item in regions.regions},
     }
 
 

@@ -213,7 +213,7 @@ def _allowed(model: Model, name: str, end: float) -> float:
             refused = share
         else:
             allowed = share
-    return own + math.floor(allowed / PAGE.margin) * PAGE.margin * (end - own)
+    return float(f"{own + math.floor(allowed / PAGE.margin) * PAGE.margin * (end - own):.12g}")
 
 
 def _around(item: Parameter, value: float, width: float) -> tuple[float, float]:

@@ -113,14 +113,14 @@ function lineKeys({ loci }) {
  */
 export function shadesOf(plane, picture, color) {
   if (picture) return regimeKeys(picture).map(({ name, tint }) => ({ name, tint: color(tint) }));
-  return shadeKeys(plane ?? { regions: null }).map(({ name, stable }) => ({ name, tint: regionColor(stable, color) }));
+  return shadeKeys(plane ?? { regions: null }).map(({ name, id }) => ({ name, tint: regionColor(plane.regions, id, color) }));
 }
 
 /** The shades of regions, each once; what is unknown has none. */
 function shadeKeys({ regions }) {
   if (!regions) return [];
   const keys = Object.entries(regions.stable).map(([id, stable]) =>
-    ({ name: words(regions.names[id], stable), stable }));
+    ({ name: words(regions.names[id], stable), stable, id }));
   const rank = ({ stable }) => stable.length || Infinity;
   return distinct(keys).sort((a, b) => rank(a) - rank(b) || (a.name < b.name ? -1 : 1));
 }
@@ -147,7 +147,9 @@ export class PlaneLegend {
 
 function words(name, stable) {
   if (stable.length === 0) return "none stable";
-  return stable.length > 1 ? `${name}, ${stable.length === 2 ? "both" : "all"} stable` : `${name} stable`;
+  if (stable.length > 1) return `${name}, ${stable.length === 2 ? "both" : "all"} stable`;
+  const [period, ...stops] = name.split(", ");
+  return [`${period} stable`, ...stops].join(", ");
 }
 
 function sample({ color, width, dash }) {

@@ -8,7 +8,7 @@ import {
   CONFIG, labelPlaces, mapLayout, mapping, onWhite, padded, pixelOf, redrawn, roundStep, snapped, withLegend,
 } from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
-import { colors, light, typeScale } from "./theme.js";
+import { colors, light, mixed, typeScale } from "./theme.js";
 import { inside } from "./view.js";
 
 const SHADES = { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" };
@@ -17,12 +17,21 @@ const OTHERS = 12;
 /** Turn of the hue that never comes back to where it was. */
 const GOLDEN = 0.6180339887498949;
 
+/** How much of the color of stick the regions have in which contacts of stable responses stop. */
+const STOPPING = 0.3;
+
 /**
- * The color of regions with these stable responses.
- * @param {number[]} stable their periods
+ * The color of a region.
+ * @param {object} regions the server's
  * @param {(name: string) => string} color of the style sheet
  */
-export function regionColor(stable, color) {
+export function regionColor({ stable, sticks }, id, color) {
+  const tint = colorOf(stable[id], color);
+  return sticks[id] ? mixed(tint, color("regime-sticks"), STOPPING) : tint;
+}
+
+/** The color of regions with stable responses of these periods. */
+function colorOf(stable, color) {
   const known = SHADES[stable.join("-")];
   if (known) return color(known);
   const rank = rankOf(stable);
@@ -148,7 +157,7 @@ function regionTraces(regions, color, fx, fy) {
   if (!regions) return [];
   const ids = Object.keys(regions.names).map(Number);
   const largest = Math.max(1, ...ids);
-  const tint = (id) => (id in regions.stable ? regionColor(regions.stable[id], color) : "rgba(0,0,0,0)");
+  const tint = (id) => (id in regions.stable ? regionColor(regions, id, color) : "rgba(0,0,0,0)");
   const scale = Array.from({ length: largest + 1 }, (_, id) => [
     [id / (largest + 1), tint(id)], [(id + 1) / (largest + 1), tint(id)],
   ]).flat();

@@ -58,6 +58,14 @@ export function colors() {
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
+/** The color `#rrggbb` that has a share of another one; any other notation stays as it is. */
+export function mixed(color, other, share) {
+  const channels = [color, other].map((text) => text.match(/^#(..)(..)(..)$/)?.slice(1).map((part) => parseInt(part, 16)));
+  if (!channels.every(Boolean)) return color;
+  const [from, to] = channels;
+  return `#${from.map((value, i) => Math.round(value + share * (to[i] - value)).toString(16).padStart(2, "0")).join("")}`;
+}
+
 /**
  * A color of the light theme, for a file on white.
  * @param {string} name in the style sheet
