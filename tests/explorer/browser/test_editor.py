@@ -12,13 +12,8 @@ from helpers.explorer_page import ExplorerPage, served, violations
 
 TEXT = ".editor textarea"
 
-SLOW = """() => {
-  const ask = fetch;
-  window.fetch = async (...all) => {
-    await new Promise((resolve) => setTimeout(resolve, 300));
-    return ask(...all);
-  };
-}"""
+SLOW = """() => { const ask = fetch; window.fetch = (...all) =>
+  new Promise((resolve) => setTimeout(resolve, 300)).then(() => ask(...all)); }"""
 
 
 @pytest.fixture
