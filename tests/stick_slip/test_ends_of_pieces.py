@@ -77,6 +77,8 @@ def test_the_branch_of_a_damped_belt_ends_where_slip_only_just_stops(first: floa
     assert point.type == "GRAZE"
     assert abs(point.value - 0.5478480833575481) < point.uncertainty < 1e-9
     assert diagram.checked.agree
+    with pytest.raises(sf.InputError, match="no locus in Vd and mu_s: slip only just stops there"):
+        sf.locus(point, ("Vd", "mu_s"), ((0.1, 1.0), (0.4, 0.8)))
 
 
 def test_the_node_of_a_doubled_orbit_is_not_where_another_period_changes() -> None:

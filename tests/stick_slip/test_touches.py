@@ -46,6 +46,18 @@ def test_extrema_at_the_touch_go_on_from_those_in_slip(touched, side):
     assert (np.abs(found - expected) < 0.05 * np.abs(step)).all()
 
 
+def test_a_touch_moves_with_the_load_as_touches_beside_it_do(touched):
+    (graze,) = touched.special
+    change = 1e-5
+    before, after = (
+        over_speed(0.3 + away, (0.05527, 0.05524)).branches[0].special[0].value
+        for away in (-change, change)
+    )
+    # The square of slip is left to a ten-thousandth of its size.
+    expected = (after - before) / (2 * change)
+    assert sf.gradients(graze)["Nd"] == pytest.approx(expected, rel=1e-4)
+
+
 def test_extrema_of_part_of_a_round_are_not_said(touched, monkeypatch):
     monkeypatch.setattr(trajectory, "dense_phases", lambda *args: list(dense_phases(*args))[:-1])
     extrema = replace(touched.special[0].orbit).extrema

@@ -466,7 +466,7 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
 
 
 GIVING_WAY = (0.0, 1e-4, -1e-4, 3e-4, -3e-4, 1e-3, -1e-3)
-"""Shares by which a parameter is changed to leave slip in the plane."""
+"""Shares of its scale by which a parameter is changed to leave slip in the plane."""
 
 
 def as_unknown(
@@ -522,15 +522,18 @@ def _grazing(
 ) -> tuple[MarginalShooting, Array]:
     """Return what passes the grazing of an orbit, and the orbit, or one with a little slip left.
 
-    In the plane the equations are singular where slip vanishes, so the first parameter is moved.
+    In the plane the equations are singular where slip vanishes, so the last parameter is moved.
     """
-    for fraction in GIVING_WAY:
+    for fraction in GIVING_WAY if known.slips_in_planes else (0.0,):
         near = z.copy()
-        near[-2] *= 1 + fraction
+        near[-1] += fraction
         by = MarginalShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
         if by is not None:
             return by, near
-    raise InputError(f"the orbit at this {kind} grazes nothing; compute it again")
+    if kind != "GRAZE" or known.slips_in_planes:
+        raise InputError(f"the orbit at this {kind} grazes nothing; compute it again")
+    reason = "slip only just stops there and is held, which the equations of loci do not describe"
+    raise _no_locus(LocusEquations(orbits, kind), z, reason)
 
 
 def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:
