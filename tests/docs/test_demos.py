@@ -56,6 +56,10 @@ def test_a_point_that_is_not_found_does_not_agree(demos, monkeypatch):
     assert [row.agrees for row in table] == [True, False]
 
 
+def test_harmonic_balance_that_diverges_is_no_check(demos):
+    assert demos.response("ab").checked.agree  # near the loop nothing else is fast enough
+
+
 def test_branches_across_a_line_of_equilibria_are_found(demos):
     """AUTO's demo chu starts at alpha = -1; at 0 each state (x, 0, -x) is an equilibrium."""
     import slipfold as sf

@@ -330,8 +330,9 @@ def _solve(
     first, excess, force = _whole(harmonics), 0.0, np.zeros((0, 0), complex)
     turns = 2j * np.pi * np.arange(1 - len(harmonics), len(harmonics))[:, None]
     rows = [] if model.forced else [turns * first]
+    following = _Equations(model, period, harmonics, duration)
     for _ in range(BALANCE.steps):
-        equations = _Equations(model, period, harmonics, duration)
+        equations = following
         columns = [] if model.forced else [equations.rates]
         if singular and not force.size:
             force = _any(*harmonics.shape)
@@ -350,7 +351,10 @@ def _solve(
         excess += float(numbers[-1]) if singular else 0.0
         equations.harmonics, equations.duration, equations.excess = harmonics, duration, abs(excess)
         equations.converged = bool(np.abs(step).sum(axis=0).max() + abs(longer) < BALANCE.close)
-        if equations.converged or not np.isfinite(step).all():
+        if equations.converged:
+            break
+        following = _Equations(model, period, harmonics, duration)
+        if not np.isfinite(following.mean).all():
             break
     return equations
 
