@@ -42,10 +42,6 @@ class Eigenvalues(Multipliers):
     def unit(self, jacobian: Array) -> float:
         """Return the unit of time, in the model's durations. Shapes: jacobian (n, n)."""
 
-    @abstractmethod
-    def lifted(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array]:
-        """Return the vectors of a function of the matrix as those of one of the Jacobian."""
-
     def growth(self, part: Linearization) -> float:
         """Return infinity: no bound is computed."""
         return np.inf
@@ -71,10 +67,6 @@ class Paced(Eigenvalues):
     def matrix(self, part: Linearization) -> Array:
         """Return the matrix of the flow over the unit of time."""
         return transition(part.blocks[0] - np.eye(part.blocks.shape[1]))
-
-    def lifted(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array]:
-        """Refuse: derivatives of the exponential are not needed."""
-        raise NotImplementedError("bifurcations of equilibria are followed with Cayley's transform")
 
 
 class Cayley(Eigenvalues):

@@ -12,7 +12,7 @@ from slipfold.continuation.newton import NEWTON
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut, Discretization
-from slipfold.orbits.eigenvalues import Eigenvalues, Paced, eigenvalues_of
+from slipfold.orbits.eigenvalues import Cayley, Eigenvalues, Paced, eigenvalues_of
 from slipfold.orbits.linearization import MANY, Conditions, Linearization
 from slipfold.orbits.multipliers import CycleMultipliers, Multipliers
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -295,7 +295,8 @@ class Equilibria(Orbits):
         return np.exp(eigenvalues_of(self.jacobian(point.z)) * units)
 
     def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, None, None]:
-        """Return the gradient of a function of the matrix that the spectrum watches."""
+        """Return the gradient of a function of Cayley's transform: others have no derivative."""
+        assert isinstance(self.spectrum, Cayley)
         backward, forward = (item[:, None] for item in self.spectrum.lifted(found, part))
         return self.by.changed(forward, backward, self.nodes(z), self.constants(z))[0], None, None
 
