@@ -134,6 +134,20 @@ def test_a_crossing_far_from_where_it_was_located_asks_for_a_shorter_step():
         find_crossing(orbits, far, np.array([0.0, 1.0]), length=1.0)
 
 
+@pytest.mark.parametrize("slope", [0.7, 0.8, 0.9])
+def test_no_step_leads_across_a_branch_point_onto_the_other_branch(slope):
+    # One branch crosses the other at an angle of 0.05 to 0.2, and a step ends beside both.
+    for r in (-1.05, -1.0, -0.95, -0.9):
+        model = sf.System(
+            parameters={"r": r, "b": slope},
+            states={"x": {"rate": "(x - r - 4*r^3)*(x - b*r)", "start": r + 4 * r**3}},
+        )
+        steps = sf.Settings(steps=sf.Steps(largest=0.3))
+        curved, straight = sf.response(model, "r", (r, 1.3), settings=steps).branches
+        assert (kinds(curved), kinds(straight)) == (["BP"], ["BP"])
+        assert straight.states[:, 0] == pytest.approx(slope * straight.parameter, abs=1e-9)
+
+
 @pytest.mark.parametrize("growth", ["r*z - z^2", "r*z - z^3"])
 def test_cycles_meet_cycles(growth):
     # A cycle of radius one in the plane z = 0; off the plane another with z = r or z^2 = r.

@@ -70,6 +70,10 @@ class Curve(ABC, Generic[P]):
         """Number of parameters, the last components of an unknown: tests find their extrema."""
         return len(self.odd)
 
+    crossing: tuple[str, ...] = ()
+    """The test function that is zero where curves cross, and the one that changes its sign where
+    the first does so for another reason, as at a fold; none where they are not known."""
+
     noise = 1e-9
     """Test functions below this are rounding errors: on a family of centers one of them is zero."""
 

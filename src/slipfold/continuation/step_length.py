@@ -34,6 +34,9 @@ class STEP:
     reject: float = 4.0
     # Corrections that are longer than this lead elsewhere
     reach: float = 2 * reject * error
+    # Fraction of the function that is zero at branch points, relative to the tangent's component
+    # along the parameter, below which one step may have come to a branch point
+    falls: float = 0.5
     # A step is at least this fraction of the one before; a smaller one is seldom needed, and takes
     # several steps to grow again
     minimum: float = 0.3

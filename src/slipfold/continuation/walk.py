@@ -58,6 +58,7 @@ class FrontEquations(ABC):
     """The equations of the curves of a front."""
 
     noise = Curve.noise
+    crossing: tuple[int, ...] = ()  # places of the test functions that the curve names so
 
     @abstractmethod
     def correct(self, rows: Indices, guesses: Array, normals: Array, arclengths: Array) -> Any:
@@ -289,16 +290,36 @@ class Front:
             others = drift(errors[jumping], *own, noise, coarse)
             limiting[jumping] = ratio_by_tests(others) < allowed[jumping]
             drifted[jumping] = np.where(limiting[jumping], drifted[jumping], others)
+        strays = self._strays(values[:, -1], expected, actual)
         # Better predictions, and whether they matter, take longer to compute.
-        for i in limiting.nonzero()[0].tolist():
+        for i in (limiting | strays).nonzero()[0].tolist():
             row = int(rows[i])
             extrapolated = self._equations.extrapolated(row, weights[i : i + 1])
             if extrapolated is not None:
                 better = np.fmin(errors[i], np.abs(actual[i] - extrapolated))
                 lines = STEP.lines * min(1.0, error[i] / STEP.straight) * drifted[i]
                 drifted[i] = max(drift(better, values[i], actual[i], noise, coarse), lines)
+                predicted = np.where(np.isnan(extrapolated), expected[i], extrapolated)
+                strays[i] &= self._strays(values[i, -1:], predicted[None], actual[i : i + 1])[0]
+            if strays[i]:
+                drifted[i] = max(drifted[i], 2 * STEP.reject)
             drifted[i] = min(drifted[i], self._equations.contraction_drift(row) / coarse)
         return drifted
+
+    def _strays(self, last: Array, expected: Array, actual: Array) -> Mask:
+        """Return whether steps may lead across a branch point onto the other curve.
+
+        On that the function that is zero there has the opposite sign. So near its zero, if no
+        parameter turns there, its prediction must say which sign it has. Shapes: (k, f).
+        """
+        if not self._equations.crossing:
+            return np.zeros(len(last), bool)
+        functions = np.array([last, expected, actual])
+        (was, due, now), slope = (functions[..., place] for place in self._equations.crossing)
+        approaches = (due * np.sign(was) < np.abs(was)) & (slope * slope[0] > 0).all(axis=0)
+        falls = np.abs(now * slope[0]) < STEP.falls * np.abs(was * slope[2])
+        unsure = np.abs(due - now) > np.maximum(np.abs(now), self._equations.noise)
+        return np.asarray(approaches & unsure & (falls | (due * now < 0)))
 
 
 def _without_jumps(errors: Array, values: Array, actual: Array) -> Array:
@@ -370,6 +391,7 @@ class CurveSteps(FrontEquations, Generic[P]):
         self._reason = TOO_SHARP
         self._corrected: P | None = None
         self._nears_end = False  # whether a step failed since it went beyond the end of the model
+        self.crossing = tuple(map(list(self.recent[-1].tests).index, curve.crossing))
         names = ("z", "tangent", "values", "arclength")
         last = self.recent[-POINTS:]
         z, *rest = (np.array([[getattr(point, name) for point in last]]) for name in names)
@@ -431,7 +453,7 @@ class CurveSteps(FrontEquations, Generic[P]):
         except BREAKDOWNS as error:
             moved, self._reason = np.inf, breakdown(error)
         point, nothing = self._corrected, np.full(len(guess), np.nan)
-        parts = nothing, nothing, nothing[:1]
+        parts = nothing, nothing, np.full(len(self.recent[-1].tests), np.nan)
         if point is not None:
             parts = point.z, point.tangent, point.values
         z, tangents, tests = (part[None] for part in parts)

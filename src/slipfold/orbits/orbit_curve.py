@@ -280,6 +280,7 @@ class Orbits(OrbitCurve):
     """
 
     odd = ("LP",)
+    crossing = ("fold", "LP")
 
     kind = "periodic"
     """What results call them, ``"periodic"`` or ``"equilibrium"``."""

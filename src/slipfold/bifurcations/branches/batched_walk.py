@@ -139,6 +139,8 @@ class Walk(FrontEquations):
     a branch ends at the first point after it has lost its stability.
     """
 
+    crossing = FOLD, LP
+
     def __init__(
         self,
         orbits: OrbitBatch,
