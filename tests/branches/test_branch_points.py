@@ -148,6 +148,21 @@ def test_no_step_leads_across_a_branch_point_onto_the_other_branch(slope):
         assert straight.states[:, 0] == pytest.approx(slope * straight.parameter, abs=1e-9)
 
 
+@pytest.mark.parametrize(("power", "apart"), [(2, 1e-3), (2, 3e-5), (3, 3e-5)])
+def test_branch_points_close_together_are_told_apart(power, apart):
+    states = {
+        name: {"rate": f"(r + {shift}*e)*{name} - {name}^{power}", "start": 0.0}
+        for name, shift in (("x", 1), ("y", 0), ("z", -1))
+    }
+    model = sf.System(parameters={"r": -1.0, "e": apart}, states=states)
+    rest, *others = sf.response(model, "r", (-1.0, 1.3)).branches
+    values = [point.value for point in rest.special]
+    assert values == pytest.approx([-apart, 0.0, apart], abs=1e-9)
+    assert {point.leads_to for point in rest.special} == {2, 3, 4}
+    first = next(branch for branch in others if branch.states[:, 0].any())
+    assert len(first.special) == (3 if power == 2 else 5)  # those of y and z on both its halves
+
+
 @pytest.mark.parametrize("growth", ["r*z - z^2", "r*z - z^3"])
 def test_cycles_meet_cycles(growth):
     # A cycle of radius one in the plane z = 0; off the plane another with z = r or z^2 = r.

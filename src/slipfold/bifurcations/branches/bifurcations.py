@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.closed_branches import noise_beside_parent, same_orbit
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite, lagrange
-from slipfold.continuation.locate import ZERO, LostCurveError, locate, point_at
+from slipfold.continuation.locate import ZERO, LostCurveError, insert, locate, point_at
 from slipfold.continuation.newton import NEWTON
 from slipfold.continuation.search import Zeros, contracts_between, locate_test
 from slipfold.continuation.step_length import STEP
@@ -313,6 +313,11 @@ class Bifurcations(Zeros[OrbitPoint]):
             return float(np.log(np.abs(critical(point))).sum())
 
         point, error = locate(self._orbits, known, a, b, growth, BIFURCATION.located), 0.0
+        if np.abs(np.abs(critical(point)) - 1).max() > BIFURCATION.located:
+            middle = self._parting(known, a, b)
+            if middle is not None:
+                sides = (a, middle), (middle, b)
+                return [item for side in sides for item in self.search(known, *side, ZERO.depth)]
         if (np.abs(critical(point).imag) < BIFURCATION.real).any():
             point, error = self._interpolated(known, point, growth)
         else:
@@ -334,6 +339,21 @@ class Bifurcations(Zeros[OrbitPoint]):
             for kind, count in ((kind, int(own.sum())) for kind, own in each.items())
             if count
         ]
+
+    def _parting(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> OrbitPoint | None:
+        """Return a point between the bifurcations of two multipliers, None if none is found."""
+        few, many = sorted((a.unstable, b.unstable))
+        while b.arclength - a.arclength > BIFURCATION.located:
+            places = (a.arclength + part * (b.arclength - a.arclength) for part in ZERO.elsewhere)
+            points = (self._point_between(known, a, b, place) for place in places)
+            middle = next(filter(is_off_circle, points), None)
+            if middle is None or not few <= middle.unstable <= many:
+                return None
+            insert(known, middle)
+            if few < middle.unstable < many:
+                return middle
+            a, b = (middle, b) if middle.unstable == a.unstable else (a, middle)
+        return None
 
     def _interpolated(
         self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]

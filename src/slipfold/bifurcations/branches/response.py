@@ -7,7 +7,12 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.bifurcations.branches.bifurcations import BIFURCATION, CLOSED, Bifurcations
+from slipfold.bifurcations.branches.bifurcations import (
+    BIFURCATION,
+    CLOSED,
+    Bifurcations,
+    is_off_circle,
+)
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import (
@@ -241,7 +246,7 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     direction, else there is a fold. Otherwise the step is shortened.
     """
     apart = np.abs(start.multipliers - 1)
-    critical = max(1, int(np.count_nonzero(apart < BIFURCATION.on_circle)))
+    critical = max(1, int(np.count_nonzero(apart < BIFURCATION.located)))
     others = start.multipliers[apart.argsort()[critical:]]
     outside = int(np.count_nonzero(np.abs(others) > 1))
 
@@ -293,7 +298,12 @@ def _resolved_step(
 
 
 def _continues(nearer: OrbitPoint, first: OrbitPoint) -> bool:
-    """Whether the parameter moves in the same direction at both, or hardly at one of them."""
+    """Whether as many perturbations grow at both, and the parameter moves in the same direction.
+
+    It may hardly move at one of them.
+    """
+    if nearer.unstable != first.unstable and all(map(is_off_circle, (nearer, first))):
+        return False
     slopes = float(nearer.tangent[-1]), float(first.tangent[-1])
     level = max(LEVEL, noise_beside_parent(nearer)[1])
     return slopes[0] * slopes[1] > 0 or min(map(abs, slopes)) < level
