@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 from slipfold.bifurcations.branches import ends
 from slipfold.bifurcations.branches.switching_boundaries import left_to_change
 from slipfold.orbits.marginal import MarginalShooting
@@ -124,7 +124,7 @@ def test_a_passing_breakdown_costs_a_step(routine: str, monkeypatch: pytest.Monk
             assert _types(_force_response()) == sound
 
 
-@pytest.mark.parametrize("routine", all_but_often_long([*ROUTINES, "eigvals"], ("inv", "eigvals")))
+@pytest.mark.parametrize("routine", long_except([*ROUTINES, "eigvals"], ("inv", "eigvals")))
 def test_a_breakdown_ends_a_locus_with_a_sentence(
     routine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

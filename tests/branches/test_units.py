@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 from slipfold.flow.scales import measured
 
 UNITS = [(1e-9, 1e3), (1e6, 1e-5)]
@@ -83,7 +83,7 @@ def followed(name: str, length: float, time: float) -> list[tuple[object, ...]]:
     ]
 
 
-@pytest.mark.parametrize("name", all_but_often_long(STUDIES, ("duffing", "hill")))
+@pytest.mark.parametrize("name", long_except(STUDIES, ("duffing", "hill")))
 def test_units_do_not_matter(name):
     expected = followed(name, 1.0, 1.0)
     assert expected

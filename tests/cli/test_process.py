@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from helpers.command_line import run as run_here
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 from slipfold import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.interface.cli"]
@@ -225,7 +225,7 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("which", all_but_often_long(MOTIONS, ("forced", "through stick")))
+@pytest.mark.parametrize("which", long_except(MOTIONS, ("forced", "through stick")))
 def test_interrupt_keeps_a_motion_as_far_as_it_came(which, tmp_path):
     path = tmp_path / "x.nc"
     options, each = MOTIONS[which]

@@ -15,7 +15,7 @@ from helpers.command_line import run
 from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, answers_to, diagram
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 from slipfold import InputError
 from slipfold.interface.cli.reading import equations_file, find_model
 from slipfold.interface.explorer.answering import Answering
@@ -170,7 +170,7 @@ def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):
 
 FILES = Path(__file__).parent.glob("models/*.toml")
 MODELS = dict.fromkeys(built_in_models()) | {item.stem: item for item in sorted(FILES)}
-EACH = all_but_often_long(MODELS, ("duffing", "stuart-landau", "chain"))
+EACH = long_except(MODELS, ("duffing", "stuart-landau", "chain"))
 """Often folds of a response, a Hopf point and a structure."""
 
 

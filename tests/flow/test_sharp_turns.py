@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import erf, ive
 
 import slipfold as sf
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 from slipfold import Coulomb, InputError, Regularized
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import simulate
@@ -99,7 +99,7 @@ LAWS = {
 }
 
 
-@pytest.mark.parametrize("law", all_but_often_long(LAWS, [*LAWS][1::2]))
+@pytest.mark.parametrize("law", long_except(LAWS, [*LAWS][1::2]))
 def test_switching_laws_agree_with_an_implicit_method(law):
     steepness = STEEPNESS[[*LAWS].index(law)]
     model = switching(law).replace(e=steepness)

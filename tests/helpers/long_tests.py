@@ -1,8 +1,8 @@
-"""Families of which a test shows some members in every run, and all with the long tests."""
+"""Families of which some members are tested in every run, and the others with the long tests."""
 
 import pytest
 
 
-def all_but_often_long(members, often):
-    """Mark all members of a family as long, but those that run often."""
+def long_except(members, often):
+    """Mark the members of a family as long, except those that every run tests."""
     return [m if m in often else pytest.param(m, marks=pytest.mark.long) for m in members]

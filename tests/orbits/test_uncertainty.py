@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from helpers.fourier_collocation import FourierOrbit
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 from helpers.reference import CASES, traced
 from helpers.toy_models import LinearOscillator
 from slipfold.bifurcations.branches.response import trace_response
@@ -96,7 +96,7 @@ def test_hills_method_agrees_within_the_uncertainty(Nd):
     assert np.all(error < SLACK * main.multiplier_uncertainty[index] + 1e-10)
 
 
-@pytest.mark.parametrize("case", all_but_often_long(CASES, CASES[::3]), ids=str)
+@pytest.mark.parametrize("case", long_except(CASES, CASES[::3]), ids=str)
 def test_special_values_agree_between_runs_within_their_uncertainty(case):
     first = [item for branch in traced(case) for item in branch.special]
     second = [item for branch in traced(case, largest=0.1) for item in branch.special]

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 import slipfold as sf
 from helpers.explorer_models import RAYLEIGH
 from helpers.explorer_page import DIAGRAM, ORBIT, PLANE, ExplorerPage, served
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 
 UNDER_WAY = "([selector, first]) => document.querySelector(selector).textContent !== first"
 """Whether the server has taken the request for the plane: it tells of progress, or is done."""
@@ -23,7 +23,7 @@ OFTEN = ("stuart-landau",)
 """A cycle, beside the forced oscillators and the equilibrium that other tests show."""
 
 
-@pytest.mark.parametrize("name", all_but_often_long((*sf.built_in_models(), *FILES), OFTEN))
+@pytest.mark.parametrize("name", long_except((*sf.built_in_models(), *FILES), OFTEN))
 def test_every_model_goes_through_every_panel(explorer, name):
     page = explorer.page
     own = FILES.get(name)

@@ -5,7 +5,7 @@ from playwright.sync_api import expect
 
 from helpers.explorer_models import MANY, UNUSUAL
 from helpers.explorer_page import DIAGRAM, ExplorerPage, served
-from helpers.long_tests import all_but_often_long
+from helpers.long_tests import long_except
 
 
 @pytest.mark.long
@@ -49,7 +49,7 @@ FAILURES = {
 }
 
 
-@pytest.mark.parametrize("failure", all_but_often_long(FAILURES, ("thrown", "no plots")))
+@pytest.mark.parametrize("failure", long_except(FAILURES, ("thrown", "no plots")))
 def test_a_page_that_cannot_start_says_why(context, address, failure):
     part, answer, reason = FAILURES[failure]
     with context.new_page() as page:
