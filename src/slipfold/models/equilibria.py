@@ -65,8 +65,10 @@ def damped_newton(
         before[active] = lengths
         roots[active[done]] = (at + steps)[done]
         trying = np.flatnonzero(~done & np.isfinite(lengths))
-        accepted = []
-        for fractions in np.split(0.5 ** np.arange(halvings), [1]):  # mostly the first is enough
+        accepted = [active[:0]]
+        for fractions in np.split(0.5 ** np.arange(halvings), [1]):
+            if not len(trying):  # mostly the first is enough
+                break
             rows = active[trying]
             tried = at[trying, None] + fractions[:, None] * steps[trying, None]
             with np.errstate(over="ignore"):  # a trial state may be anywhere

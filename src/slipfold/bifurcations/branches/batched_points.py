@@ -106,8 +106,17 @@ def orbits_at_limits(
     orbits: OrbitBatch, ended: Sequence[FollowedOrbits], tolerance: float
 ) -> dict[BatchedBranch, Found[OrbitPoint] | LostCurveError]:
     """Return where branches that end at a limit meet it, as far as that is located."""
-    known = ((item.branch, _limit_bracket(orbits, item)) for item in ended)
-    brackets = {branch: bracket for branch, bracket in known if bracket is not None}
+    long = [item for item in ended if len(item.arclengths) >= BATCH.last]
+    if not long:
+        return {}
+    cases = np.repeat([item.branch.case for item in long], BATCH.last)
+    last = np.concatenate([item.orbits.z[-BATCH.last :] for item in long])
+    margins = np.split(orbits.margins(cases, last), len(long))
+    brackets = dict[BatchedBranch, Bracket]()
+    for item, own in zip(long, margins, strict=True):
+        bracket = _limit_bracket(orbits, item, own)
+        if bracket is not None:
+            brackets[item.branch] = bracket
     names = [limit.name for limit in orbits.model.limits]
 
     def margin(brackets: Sequence[Bracket], solutions: Solutions) -> Array:
@@ -120,15 +129,15 @@ def orbits_at_limits(
     return dict(zip(brackets, zeros, strict=True))
 
 
-def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits) -> Bracket | None:
-    """Return two orbits between which one limit is broken; None if there is no such limit."""
+def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits, margins: Array) -> Bracket | None:
+    """Return two orbits between which one limit is broken; None if there is no such limit.
+
+    Shapes: margins (BATCH.last, n_limits).
+    """
     last, case = slice(-BATCH.last, None), followed.branch.case
     z, tangents = followed.orbits.z[last], followed.orbits.tangents[last]
     arclengths = followed.arclengths[last]
-    if len(z) < BATCH.last:
-        return None
     own, factor = np.array([case]), BATCH.beyond
-    margins = orbits.margins(np.full(BATCH.last, case), z)
     if not (margins[-2] > 0).all():
         z, tangents, arclengths = z[:-1], tangents[:-1], arclengths[:-1]
         margins = margins[:-1]
