@@ -75,6 +75,7 @@ class Guess:
     arclength: float  # where, in their arclengths
 
 
+G = TypeVar("G")
 T = TypeVar("T")
 
 Guesses = Generator[Guess, Any, T]
@@ -100,8 +101,10 @@ def corrected(curve: Curve[P], search: Guesses[T]) -> T:
 
 
 def corrected_together(
-    searches: Sequence[Guesses[T]], correct: Callable[[dict[int, Guess]], dict[int, Any]]
-) -> list[T | LostCurveError]:
+    searches: Sequence[Generator[G, Any, T]],
+    correct: Callable[[dict[int, G]], dict[int, Any]],
+    errors: tuple[type[Exception], ...] = (LostCurveError,),
+) -> list[T | Any]:
     """Correct the guesses of many searches at the same time; return what each finds, or an error.
 
     `correct` takes guesses by the number of their search, and returns points, or errors.
@@ -109,14 +112,14 @@ def corrected_together(
     results: list[Any] = [None] * len(searches)
     answers: dict[int, Any] = dict.fromkeys(range(len(searches)))
     while answers:
-        guesses = dict[int, Guess]()
+        guesses = dict[int, G]()
         for number, answer in answers.items():
-            search, lost = searches[number], isinstance(answer, LostCurveError)
+            search, lost = searches[number], isinstance(answer, errors)
             try:
                 guesses[number] = search.throw(answer) if lost else search.send(answer)
             except StopIteration as done:
                 results[number] = done.value
-            except LostCurveError as error:
+            except errors as error:
                 results[number] = error
         answers = correct(guesses) if guesses else {}
     return results

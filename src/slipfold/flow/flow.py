@@ -394,8 +394,8 @@ class Flow(Evaluated):
     ) -> Array:
         """Differentiate the flow three times along a direction of the start state.
 
-        Shapes: states (m, n), or (n,); start, end (m,); directions (m, n); beyond (k, n); returns
-        (m, 3, n).
+        Shapes: states (m, n), or (n,); start, end (m,); directions (m, n); beyond (k, n) or
+        (m, k, n); returns (m, 3, n).
         """
         curves = directions[:, None]
         result = self._jets(states, start, end, constants, curves, beyond, 1, VARIATIONS.jet_order)
@@ -443,9 +443,12 @@ class Flow(Evaluated):
         starts = np.broadcast_to(states / constants.scales, (total, n))
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
         lengths = normalized_directions(curves[:, 0] / constants.scales)[1]
-        scaled = curves / constants.scales
+        scaled = curves / constants.scales[..., None, :]
         scaled /= lengths[:, None, None] ** np.arange(1, powers + 1)[:, None]
-        nodes = () if beyond is None else beyond / constants.scales
+        nodes = np.empty((0, total, n))
+        if beyond is not None:
+            shape = total, *beyond.shape[-2:]
+            nodes = np.broadcast_to(beyond / constants.scales[..., None, :], shape).swapaxes(0, 1)
         for rows in chunks(total):
             batch = self._prepare(self._code.jet(powers, order), starts, first, constants, rows)
             batch.pars[-powers * n - 1 : -1] = padded(scaled[rows].reshape(-1, powers * n)).T
@@ -455,7 +458,7 @@ class Flow(Evaluated):
                 fraction = number / (len(nodes) + 1)
                 if not arrive(batch, padded((first + fraction * (last - first))[rows])).all():
                     batch.state[:] = np.nan
-                batch.state[:n] = state[:, None]
+                batch.state[:n] = padded(state[rows]).T
             ends = propagated(batch, last[rows])
             if in_time > 1:  # for the Taylor coefficients in time
                 batch.step(np.full(LANES, 1e-300), write_tc=True)
@@ -466,7 +469,7 @@ class Flow(Evaluated):
                     slopes = np.where(np.isfinite(ends), taylor, np.nan)
                 result[rows, :, k] = slopes.reshape(-1, orders, n)
         result *= lengths[:, None, None, None] ** np.arange(orders)[:, None, None]
-        result *= constants.scales
+        result *= constants.scales[..., None, None, :]
         for k in range(powers):  # the jet is that of the flow less the curve of starts
             result[:, k + 1, 0] += math.factorial(k + 1) * curves[:, k]
         return result

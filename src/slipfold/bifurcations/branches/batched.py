@@ -23,7 +23,7 @@ from slipfold.bifurcations.branches.batched_points import (
 from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Walk
 from slipfold.bifurcations.branches.bifurcations import is_genuine, span_end
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.make_branch import assemble, describe
+from slipfold.bifurcations.branches.make_branch import assemble, describe_together
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.start import forced_orbits, measured_over, span_begin
@@ -56,6 +56,7 @@ class BatchedCase:
     model: Model
     branches: list[BatchedBranch] = field(default_factory=list)
     failure: str = ""  # why it has to be followed individually
+    described: dict[Found, SpecialPoint] = field(default_factory=dict)  # unless to the loss alone
 
     def leave(self, reason: str) -> None:
         """Leave the case, to be followed individually; the first reason counts."""
@@ -64,12 +65,13 @@ class BatchedCase:
     @property
     def special(self) -> list[tuple[SpecialPoint, ...]]:
         """Special points of each branch, with normal forms and uncertainties."""
-        return [tuple(describe(item) for item in branch.found) for branch in self.branches]
+        return [tuple(map(self.described.__getitem__, item.found)) for item in self.branches]
 
     def assembled(
-        self, vary: str, first: float, described_by: Callable[[Found], SpecialPoint] = describe
+        self, vary: str, first: float, described_by: Callable[[Found], SpecialPoint] | None = None
     ) -> tuple[Branch, ...]:
         """Return the branches as data, from the first value of the span."""
+        described_by = described_by or self.described.__getitem__
         curves, leads = list[FollowedCurve[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
         for number, item in enumerate(self.branches, 1):
             start = curve_set.Start(
@@ -127,6 +129,13 @@ def follow_batch(
             refine_points(orbits, cases, branches, tolerance)
         branches = doubled_branches(cases, orbits.period, settings)
         orbits = orbits.of_period(2 * orbits.period)
+    if not to_loss:
+        report("normal forms", 0.0)
+        followed = [item for case in cases if not case.failure for item in case.branches]
+        results = [found for branch in followed for found in branch.found]
+        described = dict(zip(results, describe_together(results), strict=True))
+        for case in cases:
+            case.described = described
     return cases
 
 

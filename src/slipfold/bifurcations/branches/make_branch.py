@@ -32,6 +32,7 @@ from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
+from slipfold.orbits.normal_forms.normal_form import Form, solved_forms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import WAYS, SwitchedShooting
 from slipfold.orbits.test_functions import critical_places, evaluate_tests, match_multipliers
@@ -55,15 +56,25 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
     if found.type in CONTACT_TYPES:
         return _describe_boundary(orbits, found)
-    special = with_normal_form(found, _uncertain(found, *_uncertainties(orbits, found)))
-    # The normal form is that of one direction; what holds in a plane of them is not known.
-    return replace(special, criticality=None, coefficient=None) if special.several else special
+    return describe_together([found])[0]
 
 
-def with_normal_form(found: Found, special: SpecialPoint) -> SpecialPoint:
-    """Return a located bifurcation with its criticality."""
-    known = _coefficient(found.point.curve, found.point, _form_of(found))
-    return replace(special, coefficient=known[0], criticality=known[1])
+def describe_together(results: Sequence[Found]) -> list[SpecialPoint]:
+    """Return located bifurcations as `describe` does, with their normal forms in one batch."""
+    each = [_uncertain(item, *_uncertainties(item.point.curve, item)) for item in results]
+    return with_normal_forms(results, each)
+
+
+def with_normal_forms(results: Sequence[Found], each: Sequence[SpecialPoint]) -> list[SpecialPoint]:
+    """Return located bifurcations with their criticality.
+
+    The normal form is that of one direction; what holds in a plane of them is not known.
+    """
+    forms = [_coefficient(item.point.curve, item.point, _form_of(item)) for item in results]
+    return [
+        special if special.several else replace(special, coefficient=known[0], criticality=known[1])
+        for special, known in zip(each, solved_forms(forms), strict=True)
+    ]
 
 
 def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
@@ -101,16 +112,15 @@ def _met_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, fl
 
 def _coefficient(
     orbits: Orbits, point: OrbitPoint, form: str | None
-) -> tuple[float | None, str | None]:
-    """Return coefficient and criticality; None where the higher derivatives do not exist."""
+) -> Form[tuple[float | None, str | None]]:
+    """Find coefficient and criticality; None where the higher derivatives do not exist."""
     by, spans = orbits.by, list[tuple[float, float, Mode]]()
     if orbits.free_phase and isinstance(by, SwitchedShooting):
         spans = by.spans(orbits.nodes(point.z), orbits.constants(point.z))
     if form is None or len(spans) > 1 or any(not {*WAYS}.issuperset(mode) for *_, mode in spans):
         return None, None
-    # Along a canard all numbers are left.
-    with suppress(*BREAKDOWNS), np.errstate(over="ignore", invalid="ignore"):
-        coefficient, criticality = forms_of(orbits).special(orbits, point, form)
+    with suppress(*BREAKDOWNS):
+        coefficient, criticality = yield from forms_of(orbits).special(orbits, point, form)
         if np.isfinite(coefficient):
             return coefficient, criticality
     return None, None

@@ -23,7 +23,7 @@ from slipfold.bifurcations.branches.batched import (
 from slipfold.bifurcations.branches.batched_points import FollowedOrbits
 from slipfold.bifurcations.branches.batched_walk import BatchedBranch, Bracket
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.make_branch import bare, with_normal_form
+from slipfold.bifurcations.branches.make_branch import bare, with_normal_forms
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import forced_orbits
 from slipfold.continuation.end import End
@@ -139,7 +139,7 @@ def _moved(
     if len(case.branches) < len(known):
         return None
     # Uncertainties take as long as normal forms; they are computed once the branch is followed.
-    moved = case.assembled(vary, span[0], lambda item: with_normal_form(item, bare(item)))
+    moved = case.assembled(vary, span[0], lambda item: with_normal_forms([item], [bare(item)])[0])
     return moved if all(map(_leads_alike, known, moved)) else None
 
 

@@ -14,6 +14,7 @@ from slipfold.orbits.normal_forms.codimension_two import (
 )
 from slipfold.orbits.normal_forms.maps import FieldMap, JetMap, ReturnMap, SegmentMap
 from slipfold.orbits.normal_forms.normal_form import (
+    Coefficient,
     critical_coefficient,
     equilibrium_form,
     first_lyapunov_coefficient,
@@ -32,8 +33,8 @@ class Forms:
     neutral = 1e-8
     """Least sin(angle)^2 at which the coefficient of a torus still has digits."""
 
-    def special(self, orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
-        """Return the coefficient of a bifurcation of a branch, and its criticality."""
+    def special(self, orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
+        """Find the coefficient of a bifurcation of a branch, and its criticality."""
         return normal_form(orbits, point, kind)
 
     def coefficient(self, curve: Critical, z: Array, linearization: Linearization) -> float:
@@ -98,8 +99,8 @@ class EquilibriumForms(Forms):
     neutral = 1e-12
     """As for orbits; nothing is integrated here, and beside fast decay all angles are small."""
 
-    def special(self, orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
-        """Return the coefficient of a bifurcation of a branch, and its criticality."""
+    def special(self, orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
+        """Find the coefficient of a bifurcation of a branch, and its criticality."""
         return equilibrium_form(orbits, point, kind)
 
     def coefficient(self, curve: Critical, z: Array, linearization: Linearization) -> float:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.equations import Constants
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.multipliers import motion_bases
 from slipfold.orbits.orbit_curve import Orbits
@@ -230,15 +233,26 @@ class JetMap(_Scaled):
 
         Shapes: directions (m, n); returns second, third (m, n).
         """
-        jets = self._flow.jet(
-            self._nodes[0],
-            self._start,
-            self._end,
-            self._constants,
-            directions * self._scales,
-            self._nodes[1:],
-        )
-        return jets[:, 1] / self._scales, jets[:, 2] / self._scales
+        return JetMap.powers_of([self], [directions])[0]
+
+    @staticmethod
+    def powers_of(maps: Sequence[JetMap], each: Sequence[Array]) -> list[tuple[Array, Array]]:
+        """Return those of several maps of one flow, integrated together.
+
+        Shapes: directions (r, n) of each map.
+        """
+        counts = [len(directions) for directions in each]
+        which = np.repeat(np.arange(len(maps)), counts)
+        start, end = np.array([(item._start, item._end) for item in maps])[which].T
+        nodes = np.array([item._nodes for item in maps])[which]
+        scales = np.array([item._scales for item in maps])[which]
+        constants = Constants.stacked([item._constants for item in maps]).rows(which)
+        along = np.concatenate(each) * scales
+        jets = maps[0]._flow.jet(nodes[:, 0], start, end, constants, along, nodes[:, 1:])
+        if len(maps) > 1 and not np.isfinite(jets).all():  # one of them stops all
+            return [item.powers(own) for item, own in zip(maps, each, strict=True)]
+        parts = np.split(jets / scales[:, None], np.cumsum(counts)[:-1])
+        return [(part[:, 1], part[:, 2]) for part in parts]
 
     def along_curve(self, curve: Array) -> Array:
         """Return the Taylor coefficient of order p + 1 of the map along a curve of states.
@@ -254,6 +268,37 @@ class JetMap(_Scaled):
         return polarized(lambda directions: self.powers(directions)[0], pairs)
 
 
+Request = tuple[Any, str, Any]
+"""A map, what is requested of it, `powers` or `second`, and of what."""
+
+
+def answers_of(requests: Mapping[int, Request]) -> dict[int, Any]:
+    """Answer requests by number, or with errors: those of stroboscopic maps of a flow together."""
+    answers, alike = dict[int, Any](), defaultdict[Any, list[int]](list)
+    for number, (map_, name, given) in requests.items():
+        if isinstance(map_, JetMap):
+            alike[map_._flow, map_._nodes.shape].append(number)
+            continue
+        try:
+            answers[number] = getattr(map_, name)(given)
+        except BREAKDOWNS as error:
+            answers[number] = error
+    for numbers in alike.values():
+        maps, names, given = zip(*(requests[number] for number in numbers), strict=True)
+        parts = [
+            polarization(one) if name == "second" else (one, None)
+            for name, one in zip(names, given, strict=True)
+        ]
+        try:
+            found = JetMap.powers_of(maps, [directions for directions, _ in parts])
+        except BREAKDOWNS as error:
+            answers |= dict.fromkeys(numbers, error)
+            continue
+        for number, (_, combined), both in zip(numbers, parts, found, strict=True):
+            answers[number] = both if combined is None else combined(both[0])
+    return answers
+
+
 def polarized(
     squares: Callable[[Array], Array], pairs: list[tuple[Vector, Vector]]
 ) -> list[Vector]:
@@ -261,6 +306,14 @@ def polarized(
 
     Shapes: squares (r, n); pairs (n,).
     """
+    sums, combined = polarization(pairs)
+    return combined(squares(sums) if len(sums) else sums)
+
+
+def polarization(
+    pairs: list[tuple[Vector, Vector]],
+) -> tuple[Array, Callable[[Array], list[Vector]]]:
+    """Return vectors whose squares are needed, (r, n), and what makes B(u, v) of these."""
     parts = [
         (place, factor, left, right)
         for place, (u, v) in enumerate(pairs)
@@ -272,19 +325,21 @@ def polarized(
         )
         if np.linalg.norm(left) > 0 and np.linalg.norm(right) > 0  # squares may underflow
     ]
-    result: list[Vector] = [np.zeros(len(u), dtype=complex) for u, _ in pairs]
-    if not parts:  # a symmetric orbit has no quadratic terms
-        return result
     sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
     sums = [
         left / a + sign * right / b
         for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
         for sign in (1, -1)
     ]
-    values = squares(np.array(sums))
-    for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
-        result[place] += factor * a * b / 4 * (values[2 * i] - values[2 * i + 1])
-    return result
+
+    def combined(values: Array) -> list[Vector]:
+        result: list[Vector] = [np.zeros(len(u), dtype=complex) for u, _ in pairs]
+        for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
+            result[place] += factor * a * b / 4 * (values[2 * i] - values[2 * i + 1])
+        return result
+
+    # A symmetric orbit has no quadratic terms.
+    return np.reshape(sums, (len(sums), len(pairs[0][0]))), combined
 
 
 class ReturnMap(_Scaled):

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Protocol
+from collections.abc import Callable, Generator, Sequence
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.continuation.locate import corrected_together
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.normal_forms.maps import (
     FORMS,
     FieldMap,
     JetMap,
+    Request,
     ReturnChain,
     ReturnMap,
     SegmentMap,
+    answers_of,
 )
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]
+T = TypeVar("T")
 
 QUADRATIC = ("LP", "transcritical")
 """Kinds whose coefficient is of second order; the others are of third."""
@@ -48,8 +53,21 @@ def _distance(kind: str) -> Callable[[Vector], Array]:
     return lambda values: np.abs(values - target)
 
 
-def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
-    """Return the coefficient of a bifurcation's normal form and its criticality.
+Form = Generator[Request, Any, T]
+"""A computation that is sent the derivatives of maps that it requests."""
+
+Coefficient = Form[tuple[float, str | None]]
+"""Finds the coefficient of a bifurcation of a branch, and its criticality."""
+
+
+def solved_forms(forms: Sequence[Form[T]]) -> list[Any]:
+    """Return what forms find, or the errors they end with; all requests are answered together."""
+    with np.errstate(over="ignore", invalid="ignore"):  # along a canard all numbers are left
+        return corrected_together(forms, answers_of, BREAKDOWNS)
+
+
+def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
+    """Find the coefficient of a bifurcation's normal form and its criticality.
 
     An error of linear algebra says that the map is not known well enough.
     """
@@ -71,9 +89,10 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
         coefficient, size = chain.form(kind, critical, ratios)
         return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
     if kind == "LP":
-        coefficient = fold_coefficient(map_, matrix, map_.mapped(_parameter_pull(linearization)))
+        pull = map_.mapped(_parameter_pull(linearization))
+        coefficient = yield from _fold(map_, matrix, pull)
     else:
-        coefficient = critical_coefficient(map_, matrix, kind)
+        coefficient = yield from _FORMS[kind](map_, matrix)
     if isinstance(map_, ReturnMap):
         size = mean_length(map_, matrix, linearization.product, kind, ratios)
     else:
@@ -127,7 +146,10 @@ def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratio
 
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
     """Return the coefficient whose sign decides the criticality. Shapes: monodromy (n, n)."""
-    return _FORMS[kind](map_, monodromy)
+    (found,) = solved_forms([_FORMS[kind](map_, monodromy)])
+    if isinstance(found, Exception):
+        raise found
+    return float(found)
 
 
 def criticality_of(kind: str, coefficient: float) -> str | None:
@@ -146,49 +168,48 @@ def _parameter_pull(linearization: Linearization) -> Array:
     return pull
 
 
-def fold_coefficient(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
-    """Return the quadratic coefficient of a fold. Shapes: matrix (n, n); pull (n,)."""
+def _fold(map_: MapDerivatives, matrix: Array, pull: Array) -> Form[float]:
+    """Find the quadratic coefficient of a fold. Shapes: matrix (n, n); pull (n,)."""
     q, p, _ = critical_vectors(matrix, _distance("LP"))
-    second, _ = map_.powers(q.real[None])
+    second, _ = yield map_, "powers", q.real[None]
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
-def _transcritical(map_: MapDerivatives, matrix: Array) -> float:
+def _transcritical(map_: MapDerivatives, matrix: Array) -> Form[float]:
     q, p, _ = critical_vectors(matrix, _distance("BP"))
-    second, _ = map_.powers(q.real[None])
+    second, _ = yield map_, "powers", q.real[None]
     return float(0.5 * (p.real @ second[0]))
 
 
-def _pitchfork(map_: MapDerivatives, matrix: Array) -> float:
+def _pitchfork(map_: MapDerivatives, matrix: Array) -> Form[float]:
     """Cubic coefficient on the center manifold, where the quadratic one is zero by symmetry."""
     q, p, _ = critical_vectors(matrix, _distance("BP"))
-    second, third = map_.powers(q.real[None])
+    second, third = yield map_, "powers", q.real[None]
     n = len(q)
     bordered = np.block([[np.eye(n) - matrix, p.real[:, None]], [p.real[None], np.zeros((1, 1))]])
     bent = np.linalg.solve(bordered, np.append(second[0], 0.0))[:n]
-    (mixed,) = map_.second([(q, bent.astype(complex))])
+    (mixed,) = yield map_, "second", [(q, bent.astype(complex))]
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
-def _crossing(map_: MapDerivatives, matrix: Array) -> float:
+def _crossing(map_: MapDerivatives, matrix: Array) -> Form[float]:
     """Cubic coefficient of a branch point if it is a pitchfork, NaN of a transcritical one."""
-    return (
-        np.nan if abs(_transcritical(map_, matrix)) > FORMS.symmetric else _pitchfork(map_, matrix)
-    )
+    quadratic = yield from _transcritical(map_, matrix)
+    return np.nan if abs(quadratic) > FORMS.symmetric else (yield from _pitchfork(map_, matrix))
 
 
-def _doubling(map_: MapDerivatives, matrix: Array) -> float:
+def _doubling(map_: MapDerivatives, matrix: Array) -> Form[float]:
     q, p, _ = critical_vectors(matrix, _distance("PD"))
-    second, third = map_.powers(q.real[None])
+    second, third = yield map_, "powers", q.real[None]
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
-    (mixed,) = map_.second([(q, bent.astype(complex))])
+    (mixed,) = yield map_, "second", [(q, bent.astype(complex))]
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
-def _torus(map_: MapDerivatives, matrix: Array) -> float:
+def _torus(map_: MapDerivatives, matrix: Array) -> Form[float]:
     q, p, value = critical_vectors(matrix, _distance("NS"))
     a, b = q.real, q.imag
-    second, third = map_.powers(np.array([a, b, a + b, a - b]))
+    second, third = yield map_, "powers", np.array([a, b, a + b, a - b])
     aa, bb = second[0], second[1]
     ab = (second[2] - second[3]) / 4
     aaa, bbb = third[0], third[1]
@@ -199,14 +220,13 @@ def _torus(map_: MapDerivatives, matrix: Array) -> float:
     still = np.linalg.solve(identity - matrix, aa + bb).astype(complex)
     double = np.linalg.solve(value**2 * identity - matrix, aa - bb + 2j * ab).astype(complex)
     # 2 B(q, still) + B(conj q, double), of half as many products of real vectors.
-    mixed = map_.second(
-        [(a.astype(complex), 2 * still + double), (b.astype(complex), 1j * (2 * still - double))]
-    )
+    real, imaginary = 2 * still + double, 1j * (2 * still - double)
+    mixed = yield map_, "second", [(a.astype(complex), real), (b.astype(complex), imaginary)]
     inner = np.vdot(p, cubic + sum(mixed))
     return float(0.5 * (value.conjugate() / abs(value) * inner).real)
 
 
-_FORMS: dict[str, Callable[[MapDerivatives, Array], float]] = {
+_FORMS: dict[str, Callable[[MapDerivatives, Array], Form[float]]] = {
     "PD": _doubling,
     "NS": _torus,
     "BP": _crossing,
@@ -282,8 +302,8 @@ def quintic_coefficient(map_: JetMap, matrix: Array) -> float:
     return float(p @ map_.along_curve(np.array(curve)))
 
 
-def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
-    """Return the coefficient of an equilibrium's bifurcation and its criticality."""
+def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
+    """Find the coefficient of an equilibrium's bifurcation and its criticality."""
     field = FieldMap(orbits, point.z)
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if kind == "HB":
@@ -293,9 +313,9 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[floa
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(orbits.scales)) + field.jacobian
     if kind == "LP":
-        coefficient = fold_coefficient(field, matrix, field.pull)
+        coefficient = yield from _fold(field, matrix, field.pull)
     else:
-        coefficient = critical_coefficient(field, matrix, kind)
+        coefficient = yield from _FORMS[kind](field, matrix)
     size = critical_length(matrix, kind, ratios)
     return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
 
