@@ -1,12 +1,14 @@
 """Motions through stick and slip computed again by themselves: the check agrees, and can fail."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
+from slipfold.results.checks.switched import _judged
 from slipfold.results.checks.trajectories import check_trajectory
 
 
@@ -55,3 +57,11 @@ def test_a_branch_that_sticks_says_that_it_agrees(orbit, vary, span):
     assert checked.count
     assert {item.method for item in checked.checks} == {"other steps"}
     assert checked.agree, str(checked)
+
+
+def test_two_multipliers_that_meet_are_compared_by_their_mean():
+    # Differences over 1e-6 have ten digits, so two equal multipliers have five, as at a fold.
+    orbit = SimpleNamespace(multipliers=np.array([1, 1, 0.5], dtype=complex))
+    for wrong, agrees in ((0.0, True), (1e-5, False)):
+        matrix = np.array([[1 + wrong, 1, 0], [-2e-10, 1 + wrong, 0], [0, 0, 0.5]])
+        assert (_judged(orbit, matrix).excess < 1) == agrees

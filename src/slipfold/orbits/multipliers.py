@@ -139,13 +139,13 @@ def product(matrices: Sequence[Array] | Array) -> Array:
         return reduce(lambda result, matrix: matrix @ result, matrices)
 
 
-def multiplier_difference(values: Complex, others: Complex) -> float:
+def multiplier_difference(values: Complex, others: Complex, near: float = QR.double) -> float:
     """Return the largest distance from counterparts, over the largest multiplier or one."""
     size = max(1.0, float(np.abs(values).max()))
-    return float(multiplier_differences(values, others).max()) / size
+    return float(multiplier_differences(values, others, near).max()) / size
 
 
-def multiplier_differences(values: Complex, others: Complex) -> Array:
+def multiplier_differences(values: Complex, others: Complex, near: float = QR.double) -> Array:
     """Return the distance of each multiplier from its counterpart, shape (n,).
 
     Of some that are near each other the mean may be known better than each, and counts then.
@@ -153,7 +153,7 @@ def multiplier_differences(values: Complex, others: Complex) -> Array:
     if not (np.isfinite(values).all() and np.isfinite(others).all()):
         return np.full(len(values), np.nan)
     distances, left = list[float](), np.zeros(len(others))
-    means, of_others = _means_near(values), _means_near(others)
+    means, of_others = _means_near(values, near), _means_near(others, near)
     for value, mean in zip(values, means, strict=True):
         nearest = int(np.argmin(np.abs(others - value) + left))
         distances.append(min(abs(others[nearest] - value), abs(of_others[nearest] - mean)))
@@ -203,9 +203,9 @@ def _groups(turn: Array, before: Array, growth: Array) -> tuple[list[slice], Arr
     return [slice(first, last) for first, last in pairwise([0, *inner.tolist(), n])], below
 
 
-def _means_near(values: Complex) -> Complex:
-    near = np.abs(values[:, None] - values) < QR.double
-    return np.asarray((near @ values) / near.sum(axis=1))
+def _means_near(values: Complex, near: float) -> Complex:
+    beside = np.abs(values[:, None] - values) < near
+    return np.asarray((beside @ values) / beside.sum(axis=1))
 
 
 class Multipliers:

@@ -221,8 +221,12 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 
 
 def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
-    """Compare multipliers with those of a matrix of differences."""
-    value = multiplier_difference(orbit.multipliers, _values(matrix))
+    """Compare multipliers with those of a matrix of differences, which have lost digits.
+
+    Two that are nearer each other than these digits over what is allowed are known by their mean.
+    """
+    near = np.finfo(float).eps / CHECKS.coarse**2
+    value = multiplier_difference(orbit.multipliers, _values(matrix), near)
     return Difference(value, CHECKS.coarse, what="multipliers")
 
 
