@@ -250,13 +250,15 @@ Types = Annotated[
     "str | Iterable[str] | None",
     Option(
         "Types of bifurcation to follow: LP, PD, NS, BP, HB of an autonomous model, and GRAZE, "
-        "STICK and LIFT, where contacts begin to graze, stick or lift off; all by default.",
+        "STICK and LIFT, where contacts begin to graze, stick or lift off; all by default, these "
+        "three of orbits that stick already only if given.",
         "texts",
         "LP|PD|NS|BP|HB|GRAZE|LIFT|STICK|MAX|MIN",
         flags=("--type",),
         command_help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, branch "
         "point, Hopf of an autonomous model, where contacts begin to stick or to lift off; all by "
-        "default. With RESPONSE.nc, type of its points to start from, MAX and MIN among them.",
+        "default, changes of contacts of orbits that stick already only if given. With "
+        "RESPONSE.nc, type of its points to start from, MAX and MIN among them.",
     ),
 ]
 OrbitPeriods = Annotated[

@@ -125,3 +125,23 @@ def test_it_hides_none_from_branches_either():
     assert point.type == "GRAZE"
     assert 0.3 * point.value == pytest.approx(np.hypot(0.8 - point.value**2, 0.1 * point.value))
     assert branch.stuck_fraction[-1] > 0
+
+
+def test_a_second_stop_is_followed_if_its_type_is_given():
+    # A wedge: pressed harder on one side, the mass stops there, and from some place on twice.
+    contact = {"slip": "-v", "normal": "1 + k*x", "friction": {"law": "Coulomb", "mu_k": 0.4}}
+    model = sf.System(
+        parameters={"W": 0.65, "k": 0.5},
+        states={"x": "v", "v": "R - 0.04*v - x + 0.5*cos(W*t)"},
+        contacts={"R": contact},
+        forcing={"period": "2*pi/W"},
+    )
+    given = (("W", "k"), ((0.6, 0.7), (0.45, 0.55)))
+    (locus,) = sf.bifurcation_set(model, *given, types="STICK", periods=1, regions=False).loci
+    for frequency, slope in locus.values[1:-1:3]:
+        near = frequency - 0.01, frequency + 0.01
+        ((_, point),) = sf.response(model, "W", near, k=slope).special
+        assert (point.type, point.value) == ("STICK", pytest.approx(frequency, abs=1e-9))
+    found = sf.bifurcation_set(model, *given, periods=1, regions=False)
+    assert found.loci == ()
+    assert "only if their types are given" in found.summary()

@@ -11,6 +11,7 @@ from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.loci.locus import Locus, LocusPoint
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.bifurcations.loci.window import Window
+from slipfold.flow.modes import contacts_of
 from slipfold.models.model import Model
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import CurveDiagram, CurveList
@@ -112,6 +113,12 @@ FROM_A_CYCLE = (
     "for loci of another cycle save a response that has it (--settled) and give that file."
 )
 """Advice for an autonomous model without loci."""
+
+IF_GIVEN = (
+    "Changes of contacts on responses that stick already are followed only if their types are "
+    "given, as by --type STICK."
+)
+"""Advice for a model with contacts without loci."""
 
 
 def _regions_table(diagram: LocusDiagram) -> PrintedTable:
@@ -288,6 +295,7 @@ class LocusDiagram(CurveDiagram):
         if not self.loci:
             notes.append("No locus was found in this window.")
             notes += [] if self.model.forced else [FROM_A_CYCLE]
+            notes += [IF_GIVEN] if contacts_of(self.model) else []
         if self.interrupted:
             notes.append("Interrupted: some of the set is missing.")
         notes += self._uncertain()

@@ -69,7 +69,7 @@ def find_bifurcation_set(
     response ends because a contact begins to stick, the grazing locus is followed.
     """
     plane, window = parse_plane(model, plane, window)
-    types, periods = check_requested(model, types, periods)
+    every, (types, periods) = types is not None, check_requested(model, types, periods)
     if regions and not model.forced:
         raise InputError(
             f"regions exist for forced models only, and {model.name} is autonomous; compute its "
@@ -85,7 +85,7 @@ def find_bifurcation_set(
     settings = replace(settings or Settings(), largest_period=max(followed))
     if model.estimated_scales is None:
         model = measured_across(model, plane, window)
-    search = _Search(Plane(model, plane, window, settings, observer), types, periods)
+    search = _Search(Plane(model, plane, window, settings, observer), types, periods, every)
     loci = search.follow_loci()
     if search.lines and not any(line.branches or line.sticking for line in search.lines):
         raise InputError(
@@ -99,8 +99,11 @@ def find_bifurcation_set(
 class _Search:
     """The state of a search for the loci in a window."""
 
-    def __init__(self, plane: Plane, types: Sequence[str], periods: Sequence[int]) -> None:
+    def __init__(
+        self, plane: Plane, types: Sequence[str], periods: Sequence[int], every: bool
+    ) -> None:
         self._plane, self._types, self._periods = plane, types, periods
+        self._every = every  # also changes of contacts of responses that stick already
         self._grazing = GrazingEnds(plane)
         self._remarks: list[str] = []
         self.lines: list[FanLine] = []
@@ -145,7 +148,7 @@ class _Search:
         for branch in others if plane.model.forced else ():
             yield from self._on([branch])
         for branch in follow_sticking(plane, lines):
-            yield from points_in_stick(branch)
+            yield from points_in_stick(branch, self._every)
 
     def _on(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
         yield from (point for branch in branches for point in branch.special)

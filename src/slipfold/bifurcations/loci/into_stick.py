@@ -121,18 +121,18 @@ def follow_sticking(plane: Plane, lines: list[FanLine]) -> Iterator[Branch]:
             return
 
 
-def points_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
+def points_in_stick(branch: Branch, every: bool = False) -> Iterator[SpecialPoint]:
     """Yield the special points of a branch where it has come to stick, or to turn.
 
-    Grazing points count only where a response begins to stick at all, or turns back: others change
-    nothing that labels of regions say.
+    Unless every one is wanted, changes of contacts count only where a response begins to stick at
+    all, or turns back: others change nothing that labels of regions say, and may be hundreds.
     """
     for point in branch.special:
         if not point.stuck_fraction >= 0:
             continue
         if point.type in MET:
             begins = point.stuck_fraction < STAYS.none_stuck or _turns_back(branch, point)
-            if is_expensive(branch) or not begins:
+            if is_expensive(branch) or not (every or begins):
                 continue
         yield point
 
