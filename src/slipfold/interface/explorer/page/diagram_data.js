@@ -249,7 +249,8 @@ export function lineTraces(diagram, color, name) {
         y.push(null);
       }
     }
-    const line = { color: color, dash: DASHES[kind], width: WIDTHS[kind] };
+    // With points left out a line would have corners.
+    const line = { color: color, dash: DASHES[kind], width: WIDTHS[kind], simplify: false };
     return { type: "scatter", mode: "lines", x, y, line, name: `${name}, ${kind}`, hoverinfo: "skip" };
   });
 }

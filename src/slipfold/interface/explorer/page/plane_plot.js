@@ -173,7 +173,8 @@ function locusTraces(locus, color, fx, fy, isDraft) {
     type: "scatter", mode: "lines", hoverinfo: "skip", opacity: isDraft ? FAINT : 1,
     name: nameOf(locus, criticality),
     x: x.map((v) => v * fx), y: y.map((v) => v * fy),
-    line: lineStyle(locus, criticality, color),
+    // With points left out a line would have corners.
+    line: { ...lineStyle(locus, criticality, color), simplify: false },
   }));
 }
 
@@ -214,7 +215,7 @@ function regionPlaces(regions, frame) {
   const cell = [frame.width / labels[0].length, frame.height / labels.length];
   const rows = Math.ceil((HEIGHT * typeScale()) / cell[1]);
   return Object.entries(names).flatMap(([id, name]) => {
-    for (const text of [name, ...shorter(stable[id] ?? [])]) {
+    for (const text of [name, name.replace(/^periods? /, ""), ...shorter(stable[id] ?? [])]) {
       const columns = Math.ceil((text.length * WIDTH * typeScale() + MARGIN) / cell[0]);
       const place = roomiest(labels, Number(id), columns, rows);
       if (place) return [{ text, x: middle(regions.x, place[0]), y: middle(regions.y, place[1]) }];
