@@ -96,24 +96,16 @@ def parse_assignments(
 
 
 def parse_intervals(texts: Texts, option: str) -> dict[str, tuple[str, str]]:
-    """Split every ``NAME=FIRST:LAST``. A unit behind the last value alone is that of both.
+    """Split every ``NAME=FIRST:LAST``.
 
     >>> parse_intervals(["f=11:14Hz", "Nd=0:0.5"], "--vary")
     {'f': ('11Hz', '14Hz'), 'Nd': ('0', '0.5')}
     """
-    result, form, example = {}, "NAME=FIRST:LAST", "Nd=0:0.98"
-    for name, text in parse_assignments(texts, option, form, example).items():
-        first, colon, last = (part.strip() for part in text.partition(":"))
-        if not (first and colon and last) or ":" in last:
-            raise InputError(
-                f"{option} '{name}={text}' is not of the form {form}; write e.g. {option} {example}"
-            )
-        suffix = _NUMBER.sub("", last, count=1)
-        named = suffix[:1].isalpha() and suffix.lower() not in ("nan", "inf")
-        if (named or suffix in ("°", "%")) and _NUMBER.fullmatch(first):
-            first += suffix
-        result[name] = first, last
-    return result
+    form, example = "NAME=FIRST:LAST", "Nd=0:0.98"
+    return {
+        name: parse_pair(text, option, f"'{name}={text}'", form, example)
+        for name, text in parse_assignments(texts, option, form, example).items()
+    }
 
 
 def parse_points(text: str, option: str = "--points", minimum: int = 2) -> tuple[int, int]:
@@ -127,16 +119,25 @@ def parse_points(text: str, option: str = "--points", minimum: int = 2) -> tuple
     return count, parse_whole(second, option, minimum) if times else count
 
 
-def parse_pair(text: str, option: str) -> tuple[str, str]:
-    """Read ``FROM:TO``.
+def parse_pair(
+    text: str, option: str, given: str = "", form: str = "FROM:TO", example: str = "1:2"
+) -> tuple[str, str]:
+    """Split ``FROM:TO``. A unit behind one of the values is that of both.
 
-    >>> parse_pair("40mN:60mN", "--outside")
-    ('40mN', '60mN')
+    >>> parse_pair("40:60mN", "--outside"), parse_pair("900rpm:2000", "--outside")
+    (('40mN', '60mN'), ('900rpm', '2000rpm'))
     """
-    first, colon, last = text.partition(":")
-    if not (first and colon and last):
-        raise InputError(f"{option} {text} is not of the form FROM:TO; write e.g. {option} 1:2")
-    return first, last
+    ends = [part.strip() for part in text.split(":")]
+    if len(ends) != 2 or not all(ends):
+        raise InputError(
+            f"{option} {given or text} is not of the form {form}; write e.g. {option} {example}"
+        )
+    units = [_NUMBER.sub("", end, count=1) for end in ends]
+    for unit, other in zip(units, (1, 0), strict=True):
+        named = unit[:1].isalpha() and unit.lower() not in ("nan", "inf")
+        if (named or unit in ("°", "%")) and _NUMBER.fullmatch(ends[other]):
+            ends[other] += unit
+    return ends[0], ends[1]
 
 
 def parse_number(text: str, option: str) -> float:

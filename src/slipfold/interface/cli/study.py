@@ -101,7 +101,8 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
     count = total(plan.cases)
     product = " x ".join(map(str, plan.cases.shape))
     said = f"{product} = {count}" if len(plan.cases.shape) > 1 else f"{count}"
-    say(f"{plan.work.what} of {plan.model!r}\n{said} cases over {', '.join(plan.cases.names)}")
+    cases = f"{said} case{'s' * (count > 1)} over {', '.join(plan.cases.names)}"
+    say(f"{plan.work.what} of {plan.model!r}\n{cases}")
     result = estimate(plan)
     processes = "one process" if workers == 1 else f"{workers} processes"
     if scheduler is not None:
@@ -109,7 +110,7 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
     alone, at_most = (" alone", "at most ") if result.batched else ("", "")
     say(
         f"{result.seconds:.3g} s a case{alone}, from {result.tried} of them: "
-        f"{at_most}{duration_text(count * result.seconds / workers)} on {processes}"
+        f"{at_most}{duration_text(-(-count // workers) * result.seconds)} on {processes}"
         f"{', as cases are computed in batches' if result.batched else ''}"
     )
     for reason in result.failures:
