@@ -163,7 +163,7 @@ def documented(function: Function) -> Function:
             if name in options and not optional:
                 bound.arguments[name] = options[name].checked(name, value)
         for name in bound.arguments.get("parameters", ()):
-            meant = difflib.get_close_matches(name, options, 1, SIMILAR)
+            meant = difflib.get_close_matches(name, signature.parameters, 1, SIMILAR)
             known = getattr(given[0], "values", {}) if given else {}
             if meant and name not in known and meant[0] not in known:
                 raise InputError(

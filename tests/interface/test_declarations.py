@@ -79,6 +79,7 @@ def test_the_declaration_is_in_the_docstring(name):
     [
         ({"settled": "no"}, "settled = 'no' is not True or False; give one of them"),
         ({"setled": True}, "response takes no setled; did you mean settled?"),
+        ({"evnets": []}, "response takes no evnets; did you mean events?"),
         ({"events": "x=1"}, "'x=1' is not an event"),
     ],
 )

@@ -71,6 +71,7 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
     [
         ({"vary": "Q"}, "duffing has no parameter 'Q'"),
         ({"values": []}, "are not a row of numbers"),
+        ({"values": {0.1}}, "are not a row of numbers"),
         ({"values": [-1.0]}, "W = -1"),
         ({"quantities": []}, "no quantity is measured"),
         ({"quantities": ["q"]}, "does not say what is measured"),

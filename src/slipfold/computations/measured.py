@@ -84,7 +84,10 @@ def measure(
 
 def checked_values(parameter: Parameter, values: Values) -> np.ndarray:
     """Return values of a parameter that can all be used, shape (m,)."""
-    given = np.atleast_1d(np.asarray(parse_values(parameter, values), dtype=float))
+    try:
+        given = np.atleast_1d(np.asarray(parse_values(parameter, values), dtype=float))
+    except (TypeError, ValueError):
+        given = np.empty(0)
     if given.ndim != 1 or not given.size:
         raise InputError(
             f"the values of {parameter.name} are not a row of numbers; give at least one"

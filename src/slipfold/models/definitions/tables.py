@@ -112,6 +112,8 @@ def _message(first: Mapping[str, Any]) -> tuple[str, ...]:
         return (_unknown(value, context["expected"]),)
     if kind == "greater_than":
         return (f"= {_shown(value)} is not > {context['gt']:g}",)
+    if kind == "too_short":
+        return (f"is empty; give at least {context['min_length']}",)
     if kind == "too_long":
         return (f"has {context['actual_length']} entries, more than {context['max_length']}",)
     if expected is not None and kind.endswith("_type"):
