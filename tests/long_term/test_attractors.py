@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.flow.equilibrium import with_duration
 from slipfold.long_term.attractor import preserves_volume
 from slipfold.long_term.search import checked_box
 from slipfold.long_term.verified import AttractorSet
@@ -179,6 +180,16 @@ def test_chaos_that_preserves_volumes_attracts_nothing_though_formulas_hide_it()
     text = FORCED_WELL.replace("0.05", "0.1").replace('"v"', '"v + 0.1*x*v"')
     model = system(text.replace("0.2*v", "0.05*v^2"))
     assert AttractorSet(model).classified(np.array([0.3, 0.2]), False) is None
+
+
+def test_intervals_suit_states_that_stick():
+    # Stribeck's law has no slope where the slip is zero, so that a second was taken.
+    law = {"law": "Stribeck", "mu_s": 0.6, "mu_k": 0.3, "vs": 0.1}
+    contact = {"slip": "V - v", "normal": "N", "friction": law}
+    states, values = {"x": "v", "v": "F - k*x"}, {"V": 0.1, "k": 1e6, "N": 100.0}
+    model = sf.System(parameters=values, states=states, contacts={"F": contact})
+    sticks, slips = (with_duration(model, np.array([0.0, v]), None)[0] for v in (0.1, 0.09))
+    assert sticks.values["duration"] == slips.values["duration"] < 0.01
 
 
 def test_rest_and_a_cycle_that_coexist():

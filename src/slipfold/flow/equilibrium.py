@@ -142,10 +142,13 @@ def shortened(model: Model, periods: int | None, parts: int = 8) -> tuple[Model,
 def _natural(model: Model, state: Array) -> float:
     """Return about half the period of a trajectory, rounded to 1, 2 or 5."""
     scales = model.state_scales()
-    jacobian = evaluation_of(model).jacobian(model, state) * (scales / scales[:, None])
+    jacobian = evaluation_of(model).jacobian(model, state)
+    if not np.isfinite(jacobian).all():  # there may be none where a contact sticks, but beside it
+        state = state + EQUILIBRIUM.perturbation * scales
+        jacobian = evaluation_of(model).jacobian(model, state)
     if not np.isfinite(jacobian).all():
         return DURATION.default
-    values = np.linalg.eigvals(jacobian)
+    values = np.linalg.eigvals(jacobian * (scales / scales[:, None]))
     fastest = float(np.abs(values).max())
     if not fastest > 0:
         return DURATION.default
@@ -155,11 +158,13 @@ def _natural(model: Model, state: Array) -> float:
     slow = float(slower.max(initial=0.0)) or fastest
     length, steps = EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
     trajectory = flow.dense(state, constants, length, steps, 20 * 12 / slow)
-    if trajectory is None:
-        return DURATION.default
+    if trajectory is None:  # it reverses
+        return rounded_down(12 / slow)
     # A round is about two of 20 intervals. Steps of what begins small are longer at first: the
-    # fastest eigenvalue turns or grows by 12 at most. Fast decay limits no implicit steps.
-    return rounded_down(min(trajectory.end / 20, 12 / (slow if trajectory.implicit else fastest)))
+    # fastest eigenvalue turns or grows by 12 at most. Fast decay limits no implicit steps. Where
+    # slip reverses steps grow ever shorter: half a period of the fastest vibration is enough.
+    most = 12 / (slow if trajectory.implicit else fastest)
+    return rounded_down(max(min(trajectory.end / 20, most), math.pi / fastest))
 
 
 def rounded_down(length: float) -> float:
