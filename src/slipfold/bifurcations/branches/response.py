@@ -48,6 +48,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
@@ -136,12 +137,24 @@ class BranchTree(CurveSet[OrbitPoint]):
             partial(self._monitors, first=point, departs=departs),
             settings=settings,
             departs=departs,
-            first_step=partial(_first_step, orbits, point, settings) if departs else None,
+            first_step=partial(_first_step, orbits, point, settings, self._nearest(start))
+            if departs
+            else None,
             cap=step_beside_parent if has_image(orbits) else None,
             endings=BranchEndings(self._span, settings),
             otherwise=Change(settings, through_stick=self._through_stick).otherwise,
             on_step=self._report,
         )
+
+    def _nearest(self, start: Start[OrbitPoint]) -> float:
+        """Return how far from a branch point, in spans, its parent bifurcates for the next time."""
+        found = start.found
+        if found is None or found.type != "BP" or start.parent is None:
+            return np.inf
+        known = self.curves[start.parent - 1].traced.found
+        own = (item.point.z[-1] for item in known if item.type in BIFURCATION_TYPES)
+        apart = (abs(float(value - found.point.z[-1])) for value in own)
+        return min((each for each in apart if each > BIFURCATION.located), default=np.inf)
 
     def _monitors(
         self, orbits: Orbits, first: OrbitPoint, departs: bool
@@ -238,12 +251,13 @@ LEVEL = 1e-7
 Newton's method is singular."""
 
 
-def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
+def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings, near: float) -> float:
     """Leave another branch by a step so short that nothing else can happen within it.
 
     All multipliers but the critical ones are near those of the common orbit, so that the number
     outside the unit circle may differ by theirs at most. The parameter must continue in its initial
-    direction, else there is a fold. Otherwise the step is shortened.
+    direction, else there is a fold. Otherwise the step is shortened. So near as the other branch
+    bifurcates, in spans, this one may as well.
     """
     apart = np.abs(start.multipliers - 1)
     critical = max(1, int(np.count_nonzero(apart < BIFURCATION.located)))
@@ -258,7 +272,7 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
         return first
 
     # Of several branches each is known at that distance, and nearer to the point it is not.
-    longest = step = STEP.emanating if critical == 1 else BIFURCATION.radius
+    longest = step = min(STEP.emanating, near / 2) if critical == 1 else BIFURCATION.radius
     for _ in range(6):
         first = reached(step)
         if first is not None:
