@@ -160,9 +160,9 @@ RUNS = (
     "from a neighboring cell"
 )
 KINDS_OF_MOTION = (
-    "``periodic``, ``torus``, ``chaos``, ``sticks`` where a contact sticks or opens and nothing "
-    "repeats, ``stopped`` at a limit of the model, ``undecided``, ``not done``, or ``none`` where "
-    "a cell has no further trajectory"
+    "``periodic``, ``torus``, ``chaos``, ``sticks`` where a contact sticks or is open at the end, "
+    "be it periodic or not, ``stopped`` at a limit of the model, ``undecided``, ``not done``, or "
+    "``none`` where a cell has no further trajectory"
 )
 
 CELLS = "run {axes[0]} {axes[1]}"
