@@ -364,18 +364,32 @@ class _Watched:
             undecided[0] &= ~(starts & (positive[0] > -EVENT.rounding))
         for place in np.flatnonzero(undecided.any(axis=1)).tolist():
             met, (low, high) = None, phases[place : place + 2].tolist()
-            for which in np.flatnonzero(undecided[place]).tolist():
-                phase = self._alone(which)._first_zero(low, high, visible)
+            left = np.flatnonzero(undecided[place]).tolist()
+            while left:
+                which, *left = left
+                phase = self._only([which])._first_zero(low, high, visible)
                 if phase is not None and (met is None or phase < high):
                     met, high = (which, phase), phase
+                    if left:  # most fall later
+                        falls = self._only(left)._may_fall(low, high, visible)
+                        left = [one for one, may in zip(left, falls, strict=True) if may]
             if met:
                 return met
         return None
 
-    def _alone(self, which: int) -> _Watched:
-        """Return a function alone."""
-        own = Harmonics(self.own.exponents, self.own.values[:, [which]])
-        return replace(self, seen=self.seen[[which]], own=own)
+    def _only(self, left: Sequence[int]) -> _Watched:
+        """Return some of the functions."""
+        own = Harmonics(self.own.exponents, self.own.values[:, left])
+        return replace(self, seen=self.seen[left], own=own)
+
+    def _may_fall(self, low: float, high: float, visible: Mask) -> Mask:
+        """Return which functions are not known to be positive between two phases, shape (q,)."""
+        phases, step = np.array([low, high]), high - low
+        free = self._free_at(phases)
+        ends = self._derivatives(phases, free, visible) * step ** ORDERS[:, None, None]
+        bend = self._bend(free[0], step, step, visible, 2 * len(ORDERS))
+        positive = _enclosed(VALUES, ends[:, 0], ends[:, 1], bend)[0].min(axis=0)
+        return np.asarray((positive <= 0) | (ends[0, 1] <= 0))
 
     def _bend(self, free: Complex, span: float, step: float, visible: Mask, order: int) -> Array:
         """Return bounds of a derivative over a span, shape (q,), times a power of the step."""
