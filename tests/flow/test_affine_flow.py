@@ -231,6 +231,14 @@ def test_stick_without_a_limit_leaves_the_limit_of_other_systems(monkeypatch):
     assert ends[0] == ends[1]
 
 
+def test_slip_that_has_hardly_begun_is_no_scale_for_rounding():
+    model = chain(4)
+    flow, constants = HybridFlow(model), flow_of(model).constants_of(model)
+    scales = np.repeat([1.0, 1e-9], 4)
+    system = flow.system(np.zeros(8), replace(constants, scales=scales))
+    assert np.finfo(float).eps * system.weights[0] < EVENT.rounding
+
+
 def test_what_was_computed_before_changes_no_bit():
     """A light contact decays 1e5 times a second; how it is solved depends on the period alone."""
     link = np.array([[1.0, -1.0], [-1.0, 1.0]])

@@ -23,6 +23,10 @@ from slipfold.models.quantities import Expression
 Numbers = list[float]
 
 
+HARDLY = 2.0**-8
+"""Slip, over what a phase without any friction would add to it, below which it is no scale."""
+
+
 class ContactsNow(NamedTuple):
     """All contacts at a state; m components of slip, k contacts, in SI units.
 
@@ -68,8 +72,11 @@ class ContactQuantities:
         """Return slip of contacts and the friction that holds them, (p, k), at states (p, n)."""
         values = np.abs(self._function.along(states, np.zeros(len(states)), constants))
         begins = [part.start for part in self.places]
-        slips = np.hypot.reduceat(values[:, self._parts[0]], begins, axis=1)
-        return slips, values[:, self._parts[-2]]
+        slips, gained = (
+            np.hypot.reduceat(values[:, self._parts[part]], begins, axis=1) for part in (0, 1)
+        )
+        # Of a contact that has hardly slipped so far, slip is known to rounding of other motions
+        return np.maximum(slips, HARDLY * gained), values[:, self._parts[-2]]
 
     def _sorted(self, values: Numbers) -> ContactsNow:
         result, m = [values[part] for part in self._parts], self._components
