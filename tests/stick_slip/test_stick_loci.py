@@ -85,3 +85,22 @@ def test_branches_find_the_same_turns(turning):
     model = sf.System.from_toml(DUFFING_ON_BELT).replace(A=force)
     found = sticks_on(model, "W", (1.01 * frequency, 0.99 * frequency))
     assert found.value == pytest.approx(frequency, abs=1e-9)
+
+
+def test_a_symmetric_orbit_grazes_along_a_locus_in_both_halves():
+    model = sf.System(
+        parameters={"W": 0.31, "m": 0.05},
+        states={"x": "v", "v": "R - 0.04*v - x + cos(W*t)"},
+        contacts={"R": {"slip": "-v", "normal": "1", "friction": {"law": "Coulomb", "mu_k": "m"}}},
+        forcing={"period": "2*pi/W"},
+    )
+
+    def grazes(m):
+        (branch,) = sf.response(model, "W", (0.32, 0.33), settings=SINGLE, m=m).branches
+        return next(point for point in branch.special if point.type == "GRAZE")
+
+    (locus,) = sf.locus(grazes(0.05), ("W", "m"), ((0.31, 0.33), (0.045, 0.06))).loci
+    assert [point.type for point in locus.special] == ["MEET"]
+    assert {locus.started.kind, locus.stopped.kind} == {"window"}
+    for at in (0, -1):
+        assert grazes(locus.values[at, 1]).value == pytest.approx(locus.values[at, 0], abs=1e-9)

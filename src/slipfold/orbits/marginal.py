@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Self
@@ -25,7 +25,7 @@ from slipfold.flow.modes import (
     reported_mode,
 )
 from slipfold.models.model import Model
-from slipfold.orbits.switched_shooting import Passed, Piece, SwitchedShooting, in_turn
+from slipfold.orbits.switched_shooting import Passed, Span, SwitchedShooting, joined
 
 
 class WINDOW:
@@ -40,6 +40,8 @@ class WINDOW:
     exact: float = 1e-9  # step of secants that ends them: the error is of the next one
     alike: float = 1.01  # ratio of margins of what may be the same event a period later
     instant: float = 1e-7  # phases of stick that count as none, as of a symmetric orbit
+    # The same of what begins at a grazing of a symmetric orbit: the root of residuals, of 1e-10
+    touch: float = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,21 +295,23 @@ class MarginalShooting(SwitchedShooting):
         other = type(self)(self.model, self.free, self.period, self.met, lead=0.8)
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
-    def piece(self, nodes: Array, constants: Constants) -> Piece:
-        """Return what contacts do in turn, at stops without stick that is as good as none."""
+    def spans(
+        self, nodes: Array, constants: Constants, group: Sequence[int] | None = None
+    ) -> list[Span]:
+        """Leave out what is as good as none: at stops, or at the grazing of the other half."""
+        found, half, grazes = super().spans(nodes, constants, group), self.period / 2, None
         if self.met.stops is None:
-            return super().piece(nodes, constants)
-        spans = (self.spans(nodes, constants, group) for group in self.switched.groups(constants))
-        return tuple(
-            in_turn(
-                [
-                    mode
-                    for begin, end, mode in found
-                    if end - begin > WINDOW.instant or Status.STICK not in mode
-                ]
-            )
-            for found in spans
-        )
+            grazes = self.phase_of_event(nodes, constants) if self.met.several else None
+            if grazes is None:
+                return found
+
+        def lasts(begin: float, end: float, mode: Mode) -> bool:
+            if grazes is None:
+                return end - begin > WINDOW.instant or Status.STICK not in mode
+            away = (begin - grazes) / half
+            return max(abs(away - round(away)) * half, end - begin) > WINDOW.touch
+
+        return joined((span for span in found if lasts(*span)), self.period)
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
         """Integrate a state from the node to another phase; nothing where it cannot continue.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,6 +57,23 @@ Piece = tuple[tuple[Mode, ...], ...]
 
 Passed = list[tuple[SmoothPhase, Mode]]
 """The smooth phases of a trajectory, each with the mode that follows."""
+
+
+Span = tuple[float, float, Mode]
+
+
+def joined(spans: Iterable[Span], period: int) -> list[Span]:
+    """Join successive intervals of one mode, those at either end of the period too."""
+    found = list[Span]()
+    for begin, end, mode in spans:
+        if found and found[-1][2] == mode:
+            found[-1] = (found[-1][0], end, mode)
+        else:
+            found.append((begin, end, mode))
+    if len(found) > 1 and found[0][2] == found[-1][2]:
+        _, end, mode = found.pop(0)
+        found[-1] = (found[-1][0], end + period, mode)
+    return found
 
 
 def in_turn(found: list[Mode]) -> tuple[Mode, ...]:
@@ -254,23 +271,17 @@ class SwitchedShooting(Shooting):
 
     def spans(
         self, nodes: Array, constants: Constants, group: Sequence[int] | None = None
-    ) -> list[tuple[float, float, Mode]]:
+    ) -> list[Span]:
         """Return the intervals of the modes of all or some contacts: begin, end, and the mode.
 
         The last one may continue beyond the end of the orbit. Shapes: nodes (m, n).
         """
-        found = list[tuple[float, float, Mode]]()
+        found = list[Span]()
         for part, _ in self.round(nodes, constants):
             mode = reported_mode(part.mode)
             mode = mode if group is None else tuple(mode[contact] for contact in group)
-            if found and found[-1][2] == mode:
-                found[-1] = (found[-1][0], part.end, mode)
-            else:
-                found.append((part.begin, part.end, mode))
-        if len(found) > 1 and found[0][2] == found[-1][2]:
-            _, end, mode = found.pop(0)
-            found[-1] = (found[-1][0], end + self.period, mode)
-        return found
+            found.append((part.begin, part.end, mode))
+        return joined(found, self.period)
 
     def rests(self, nodes: Array, constants: Constants) -> str | None:
         """Say that a contact in the plane sticks for good at any place, None if none does.
