@@ -50,6 +50,11 @@ def test_pairs_keep_modulus_and_angle(angle):
         assert min(abs(unit - exact), abs(unit - exact.conjugate())) < 1e-9
 
 
+def test_the_largest_that_is_a_number_comes_first():
+    found = product_eigenvalues(np.array(3 * [[[1e102, 1.0], [0.0, 0.5]]]))
+    assert found[0] == pytest.approx(1e306)
+
+
 def test_a_singular_factor_gives_a_zero():
     factors = factors_of([np.array([[1.5]]), np.array([[0.8]])], 8, 3)
     factors[3] = np.outer(factors[3][:, 0], [1.0, 0.5])

@@ -181,7 +181,7 @@ def _logarithms(values: Array | Complex) -> Array:
 def _dominant_first(product: Array) -> Array:
     """Return an orthonormal basis whose first vectors span the dominant eigenspaces."""
     values, vectors = np.linalg.eig(product)
-    order = np.lexsort((values.imag < 0, -np.round(np.abs(values), 12)))
+    order = np.lexsort((values.imag < 0, -np.round(_logarithms(values), 10)))
     values, vectors = values[order], vectors[:, order]
     real = np.where(values.imag < 0, vectors.imag, vectors.real)
     # What depends on the others, in a defective matrix, is replaced by something that does not.
