@@ -86,10 +86,11 @@ def evaluate_each(
     """
     none = np.zeros((*multipliers.shape[:-1], 1))  # changes nothing, but no group is empty
     parts, begins, size = [], [], 0
-    for name in names:
-        begins.append(size)
-        parts += [none, PRODUCTS[name](multipliers)]
-        size += 1 + parts[-1].shape[-1]
+    with np.errstate(over="ignore", invalid="ignore"):  # of products beside a loop
+        for name in names:
+            begins.append(size)
+            parts += [none, PRODUCTS[name](multipliers)]
+            size += 1 + parts[-1].shape[-1]
     products = np.concatenate(parts, axis=-1)
     factors = 1 - products
     sizes = np.abs(factors)
