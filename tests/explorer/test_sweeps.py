@@ -41,7 +41,7 @@ def test_a_belt_that_is_made_faster_ends_its_stick_and_slip_later_than_it_begins
     runs, ends = swept(model, "Vd", (0.2, 3.0), points=8)
     assert ends == {}
     apart = [v for v in runs["up"] if max(runs["up"][v]) > 1.2 * max(runs["down"][v])]
-    assert apart == [1.0, 1.4]
+    assert apart == [1.4]  # at 1.0 what leaves the equilibrium of 1.4 grows to stick and slip
 
 
 def test_both_runs_begin_from_a_motion_that_is_shown():
