@@ -37,6 +37,9 @@ class STEP:
     # Fraction of the function that is zero at branch points, relative to the tangent's component
     # along the parameter, below which one step may have come to a branch point
     falls: float = 0.5
+    # Angle in radians between predicted and corrected tangent below which a step is taken to stay
+    # on its curve: a straight one passes zeros of that function at no cost
+    angle: float = 3e-3
     # A step is at least this fraction of the one before; a smaller one is seldom needed, and takes
     # several steps to grow again
     minimum: float = 0.3

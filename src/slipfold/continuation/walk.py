@@ -151,9 +151,10 @@ class Front:
         difference, last = result.z - self.z[at, -1], self.tangents[at, -1]
         length, turn = arcs(difference, last, result.tangents)
         on_wall = (np.abs(normals) == 1).any(axis=1)  # there normals predict no tangents
-        mistaken = np.where(on_wall, 0.0, angles_between(normals, result.tangents))
-        turn = np.minimum(turn, np.maximum(turn / STEP.turns, mistaken))
-        measures = self._measured(rows, result, lengths_of(result.z - guesses), length, turn)
+        mistaken = angles_between(normals, result.tangents)
+        turn = np.minimum(turn, np.maximum(turn / STEP.turns, np.where(on_wall, 0.0, mistaken)))
+        distance, bends = lengths_of(result.z - guesses), mistaken > STEP.angle
+        measures = self._measured(rows, result, distance, length, turn, bends)
         # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
         fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)
         # A point that is the last one but for rounding is no step.
@@ -259,7 +260,13 @@ class Front:
     # -- how well steps fit ------------------------------------------------------------------------
 
     def _measured(
-        self, rows: Indices, result: Corrections, distance: Array, length: Array, turn: Array
+        self,
+        rows: Indices,
+        result: Corrections,
+        distance: Array,
+        length: Array,
+        turn: Array,
+        bends: Mask,
     ) -> Measures:
         coarse = self._settings.coarse
         error = np.maximum(distance, 1e-12) / (STEP.error * coarse)
@@ -267,12 +274,19 @@ class Front:
         drifted = np.zeros(len(rows))
         for count, which in self.by_count(rows):
             if count > 1:  # nothing is extrapolated from one point
-                given = error[which], turn[which], length[which]
+                given = error[which], turn[which], length[which], bends[which]
                 drifted[which] = self._drift(rows[which], count, result.tests[which], *given)
         return Measures(error, turn, drifted)
 
     def _drift(
-        self, rows: Indices, count: int, actual: Array, error: Array, turn: Array, length: Array
+        self,
+        rows: Indices,
+        count: int,
+        actual: Array,
+        error: Array,
+        turn: Array,
+        length: Array,
+        bends: Mask,
     ) -> Array:
         """Return the errors of extrapolated test functions, as far as they limit the steps."""
         noise, coarse = self._equations.noise, self._settings.coarse
@@ -290,7 +304,8 @@ class Front:
             others = drift(errors[jumping], *own, noise, coarse)
             limiting[jumping] = ratio_by_tests(others) < allowed[jumping]
             drifted[jumping] = np.where(limiting[jumping], drifted[jumping], others)
-        strays = self._strays(values[:, -1], expected, actual)
+        # On another curve the tangent turns by the angle between both, which no prediction knows.
+        strays = bends & self._strays(values[:, -1], expected, actual)
         # Better predictions, and whether they matter, take longer to compute.
         for i in (limiting | strays).nonzero()[0].tolist():
             row = int(rows[i])
