@@ -99,18 +99,36 @@ def test_a_mass_that_friction_holds_all_the_time_is_a_fixed_one():
     assert (len(found.attractors), found.labels.tolist()) == (1, [1] * 8)
 
 
-@pytest.mark.parametrize(("damping", "settled"), [(0.05, True), (-0.05, False)])
-def test_a_mass_rests_beside_one_that_slides_steadily(damping, settled):
+@pytest.mark.parametrize(
+    ("damping", "rests", "stick", "settled"),
+    [
+        (0.05, "y", "y sticks", True),
+        (-0.05, "y", "y sticks", False),
+        (0.05, "yz", "y, z stick", True),
+    ],
+)
+def test_masses_rest_beside_one_that_slides_steadily(damping, rests, stick, settled):
     contacts = [
-        sf.FrictionContact(at, sf.Coulomb(mu_k=MU), load=load, Vd=speed, name=f"{at}_contact")
-        for at, load, speed in (("x", 1.0, 0.3), ("y", 12.0, 0.0))
+        sf.FrictionContact(at, sf.Coulomb(mu_k=MU), load=12.0, Vd=0.0, name=at) for at in rests
     ]
-    given = {"names": ("x", "y"), "contacts": contacts}
-    stiffness = np.array([[1.4, -0.1], [-0.1, 1.4]])
-    model = sf.Structure(np.eye(2), np.diag([damping, 0.05]), stiffness, **given)
+    contacts.append(sf.FrictionContact("x", sf.Coulomb(mu_k=MU), load=1.0, Vd=0.3, name="tip"))
+    size = len(contacts)
+    stiffness, damped = 1.5 * np.eye(size) - 0.1, np.diag([damping, 0.05, 0.05][:size])
+    given = {"names": ("x", *rests), "contacts": contacts}
+    model = sf.Structure(np.eye(size), damped, stiffness, **given)
     end = sf.simulate(model, state={"x": MU / 1.4}, periods=20).settlement
     assert (end.settled, end.kind == "equilibrium") == (settled, settled)
-    assert "equilibrium in which y_contact sticks" in end.message
+    assert end.message.endswith(f"equilibrium in which {stick}")
+
+
+@pytest.mark.parametrize("stiffness", [None, 1.0, 3.7, 1e4])
+def test_nothing_or_a_free_body_is_at_rest_beside_a_stuck_contact(stiffness):
+    free = {"a": "va", "b": "vb", "va": f"{stiffness}*(b - a)", "vb": f"{stiffness}/3*(a - b)"}
+    contacts = {"tip": {"slip": "-v", "normal": "1.0", "friction": sf.Coulomb(mu_k=0.5)}}
+    states = {"v": "tip - p*v", **(free if stiffness else {})}
+    model = sf.System(parameters={"p": 0.1}, states=states, contacts=contacts)
+    end = sf.simulate(model, state=[1.0, *[0.2, 0.2, 0.0, 0.0][: len(states) - 1]], periods=20)
+    assert end.settlement.kind == "equilibrium"
 
 
 @pytest.mark.parametrize(("load", "damping"), [(8.0, 0.05), rarely(6.5, 0.05), rarely(9.0, 0.02)])

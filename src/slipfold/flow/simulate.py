@@ -426,11 +426,13 @@ class HybridIntegration(Integration):
         at = state[None], np.zeros(1), self.constants
         rates = self.flow.of(mode).rates(*at)[0]
         if sticks and np.abs(rates / scales).max() <= ROUNDING:
-            stuck = "all contacts stick" if len(sticks) == len(mode) else f"{listed(sticks)} sticks"
+            stuck = f"{listed(sticks)} stick{'s' * (len(sticks) == 1)}"
+            stuck = "all contacts stick" if len(sticks) == len(mode) else stuck
             free = np.delete(np.arange(len(state)), self.flow.mode(mode).held_at(self.constants))
             slopes = self.flow.of(mode).jacobians(*at)[0][np.ix_(free, free)]
             growths = np.linalg.eigvals(slopes * (scales[free] / scales[free, None]))
-            if growths.real.max() <= EQUILIBRIUM.distance * np.abs(growths).max():
+            fastest = np.abs(growths).max(initial=0.0)  # a double eigenvalue is its root's rounding
+            if growths.real.max(initial=0.0) <= math.sqrt(np.finfo(float).eps) * fastest:
                 message = f"settled on an equilibrium in which {stuck}"
                 return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
             return not_converged(f"not settled: on an unstable equilibrium in which {stuck}")
