@@ -201,7 +201,7 @@ def test_bad_settings():
 
 
 def test_no_orbit_at_the_start():
-    with pytest.raises(InputError, match="contacts of sliding reverse or stick at f = 11"):
+    with pytest.raises(InputError, match="sliding reverse or stick where the span of f begins"):
         trace_response(SlidingOscillator(Nd=0.5, Vd=0.01), "f", (11, 14))
 
 

@@ -35,9 +35,10 @@ from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 SLIPS = (
-    "contacts of {name} reverse or stick at {vary} = {value:g}, and only contacts that always slip "
-    "one way are followed here; make their law smooth: Regularized(law, e=...), in a file "
-    '{{ law = "Regularized", of = {{ law = ... }}, e = ... }}'
+    "contacts of {name} reverse or stick where the span of {vary} begins, and only contacts that "
+    "always slip one way are followed here; make their law smooth: Regularized(law, e=...), in a "
+    'file {{ law = "Regularized", of = {{ law = ... }}, e = ... }}, or among equations a formula '
+    "such as mu*N*tanh(v/e)"
 )
 """Why a response is refused where branches do not continue across sticking phases."""
 
@@ -129,8 +130,7 @@ class FirstOrbit:
             except InputError:
                 if self.through_stick or self._sticking(first) is None:
                     raise error from None
-                refused = SLIPS.format(name=self.model.name, vary=self.vary, value=first)
-                raise InputError(refused) from None
+                raise InputError(SLIPS.format(name=self.model.name, vary=self.vary)) from None
         what = "response of period 1" if self.model.forced else "equilibrium"
         reason = (
             f"there is no regular {what} at {self.vary} = {first:g}, so the span was followed "
