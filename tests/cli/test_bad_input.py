@@ -52,6 +52,8 @@ CASES = {
     ),
     "period below none": ([*RESPONSE, "--largest-period", "-1"], "--largest-period -1"),
     "event of nothing": ([*RESPONSE, "--event", "velocity=1"], "no output 'velocity'", "Vrel"),
+    "event of a misspelled parameter": ([*RESPONSE, "--event", "Ndd=0.1"], "did you mean Nd?"),
+    "event of a varied extremum": ([*RESPONSE, "--event", "max(Nd)=1"], "is varied", "write Nd=1"),
     "event without name": ([*RESPONSE, "--event", "=1"], "event '=1'", "MEASURE(NAME)=VALUE"),
     "simulate no periods": (["simulate", "sliding", "--periods", "0"], "--periods 0", "at least 1"),
     "paper processes": (["paper", "--out", "/dev/null/x", "--processes", "0"], "--processes 0"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 from slipfold.errors import InputError, unknown
@@ -38,12 +39,12 @@ STANDARD = {
 """References of ISO 1683 by unit."""
 
 
-def quantity_of(model: Model, name: str) -> State | Output:
-    """Return a state or output by name, or raise."""
+def quantity_of(model: Model, name: str, others: Collection[str] = ()) -> State | Output:
+    """Return a state or output by name, or raise an error that knows other names as well."""
     items: dict[str, State | Output] = {item.name: item for item in model.states}
     items |= {item.name: item for item in model.outputs()}
     if name not in items:
-        raise unknown(f"{model.name} has no output", name, items)
+        raise unknown(f"{model.name} has no output", name, [*items, *others])
     return items[name]
 
 

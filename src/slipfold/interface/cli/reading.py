@@ -19,7 +19,7 @@ R = TypeVar("R")
 
 _EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*(?:=(.*))?", re.DOTALL)
 
-_NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
+_NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*(.*)")
 
 Texts = Sequence[str] | None
 """Values of an option that may be repeated; None if it is not given."""
@@ -126,16 +126,17 @@ def parse_pair(
 
     >>> parse_pair("40:60mN", "--outside"), parse_pair("900rpm:2000", "--outside")
     (('40mN', '60mN'), ('900rpm', '2000rpm'))
+    >>> parse_pair("0.9:pi/3", "--outside"), parse_pair("sqrt(2):3", "--outside")
+    (('0.9', 'pi/3'), ('sqrt(2)', '3'))
     """
     ends = [part.strip() for part in text.split(":")]
     if len(ends) != 2 or not all(ends):
         raise InputError(
             f"{option} {given or text} is not of the form {form}; write e.g. {option} {example}"
         )
-    units = [_NUMBER.sub("", end, count=1) for end in ends]
+    units = [match and match[1] for match in map(_NUMBER.fullmatch, ends)]
     for unit, other in zip(units, (1, 0), strict=True):
-        named = unit[:1].isalpha() and unit.lower() not in ("nan", "inf")
-        if (named or unit in ("°", "%")) and _NUMBER.fullmatch(ends[other]):
+        if unit and (unit[0].isalpha() or unit in "°%") and units[other] == "":
             ends[other] += unit
     return ends[0], ends[1]
 
@@ -185,7 +186,12 @@ def parse_event(text: str, model: Model, varied: Collection[str], stop: bool = F
             'write e.g. "min(Vrel)=0.2", or "max(x)" for where that has an extremum'
         )
     measure, name, value = match[1], match[2] or match[3], match[4]
-    of_parameter = name in varied and measure is None
-    unit = (model.parameter(name) if of_parameter else quantity_of(model, name)).unit
+    of_parameter = name in varied
+    if of_parameter and measure:
+        raise InputError(
+            f"event {text!r} is a {measure} of {name}, which is varied and has one value; write "
+            f"{name}={value or 'VALUE'}"
+        )
+    unit = (model.parameter(name) if of_parameter else quantity_of(model, name, varied)).unit
     wanted = None if value is None else parse_quantity(value, unit, name)
     return Event(name, wanted, measure or ("parameter" if of_parameter else "max"), stop)
