@@ -117,8 +117,8 @@ def test_errors_point_at_the_place(name):
     [
         (("a", "10*a", "a/10", "0.05*a", "2*((a))", "a + b", "W*t + a", "twice", "twice/3"), False),
         (("a*pi/180", "b + a/9/6.3662", "2*a*0.01745 - W*t", "twice*pi/180", "k*a", "b"), True),
-        (("1.5*a", "a*pi"), False),
-        (("12*a*pi/180", "a*pi/72"), True),
+        (("1.5*a", "a*pi", "a*pi/2", "a*pi/7"), False),
+        (("12*a*pi/180", "a*pi/72", "a*pi/200", "a*pi/180/12"), True),
     ],
 )
 def test_angles_in_degrees_need_a_factor(arguments, taken):

@@ -477,9 +477,10 @@ class _Formulas:
 
 
 def _converts(factor: float) -> bool:
-    """Whether a factor is a fraction of pi, or pi/180 times or over 1 to 9 within a hundredth."""
+    """Whether a factor is pi/180 times a fraction below 60, or 1 to 9 or 1/9 within a hundredth."""
     times = abs(factor) * 180 / math.pi or 1.0  # nothing depends on the angle if it is zero
-    if times < 180 and abs(times - Fraction(times).limit_denominator(1000)) < 1e-12 * times:
+    near = Fraction(times).limit_denominator(59)
+    if near.numerator < 60 and abs(times - near) < 1e-12 * times:
         return True
     return any(abs(max(times, 1 / times) / whole - 1) < 0.01 for whole in range(1, 10))
 
