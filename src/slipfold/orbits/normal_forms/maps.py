@@ -292,7 +292,9 @@ def answers_of(requests: Mapping[int, Request]) -> dict[int, Any]:
         try:
             found = JetMap.powers_of(maps, [directions for directions, _ in parts])
         except BREAKDOWNS as error:
-            answers |= dict.fromkeys(numbers, error)
+            alone = len(numbers) == 1  # else the others may be answered
+            for number in numbers:
+                answers |= {number: error} if alone else answers_of({number: requests[number]})
             continue
         for number, (_, combined), both in zip(numbers, parts, found, strict=True):
             answers[number] = both if combined is None else combined(both[0])
