@@ -230,3 +230,14 @@ def test_an_interrupt_keeps_what_was_found():
     assert len(found) == 1
     assert (found.labels == -2).any()
     assert "interrupted" in found.summary()
+
+
+@pytest.mark.parametrize("rate", ["cos(t) - x", "cos(t) - x + tip", "(1 - y^2)*x - y"])
+def test_orbits_need_a_parameter(rate):
+    tip = {"tip": {"slip": "-x", "normal": "0.3", "friction": sf.Coulomb(mu_k=1.0)}}
+    given = {"forcing": {"period": "2*pi"}} if "cos" in rate else {}
+    model = sf.System(
+        states={"y": "x", "x": rate}, contacts=tip if "tip" in rate else None, **given
+    )
+    with pytest.raises(sf.InputError, match="has no parameter; give it one"):
+        sf.attractors(model, starts=4)

@@ -29,6 +29,7 @@ from slipfold.long_term.exponents import find_exponents, growth_from, growth_thr
 from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.find import may_slip, periodic_orbit
+from slipfold.orbits.kinds import any_parameter
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text import stability_word
@@ -308,9 +309,8 @@ def _across_rests(matrix: Array) -> Array:
     """Return what removes from states where contacts rest: perturbations that a map keeps."""
     left, values, right = np.linalg.svd(matrix - np.eye(len(matrix)))
     kept = values < ATTRACTOR.preserved
-    return np.eye(len(matrix)) - right[kept].T @ np.linalg.solve(
-        left[:, kept].T @ right[kept].T, left[:, kept].T
-    )
+    across = np.linalg.pinv(left[:, kept].T @ right[kept].T, ATTRACTOR.preserved)
+    return np.eye(len(matrix)) - right[kept].T @ across @ left[:, kept].T
 
 
 def _metric(matrix: Array) -> Array:
@@ -391,6 +391,7 @@ class AttractorSet:
             if nodes is None:
                 return None
             state = nodes[0]
+        any_parameter(self.model)  # else it would seem that there is no orbit
         try:
             orbit = periodic_orbit(self.model, period, state)
         except InputError:
@@ -416,6 +417,7 @@ class AttractorSet:
         duration = None if sticks else self._round(states)  # one that sticks is simulated on
         if (duration is None and not sticks) or self._is_known(state, ATTRACTOR.near_cycle):
             return None
+        any_parameter(self.model)
         try:
             orbit = periodic_orbit(self.model, state=state, duration=duration)
         except InputError:

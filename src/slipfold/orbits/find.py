@@ -115,8 +115,6 @@ def periodic_orbit(
         )
     on_wall = not may_slip(model)
     model = model if on_wall else measured(model)
-    if all(item.name == "duration" and not model.forced for item in model.parameters):
-        raise InputError(f"{model.name} has no parameter; give it one, used or not")
     if model.forced and duration is not None:
         raise InputError(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "

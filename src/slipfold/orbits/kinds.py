@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import NEWTON
+from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut, Discretization
@@ -320,5 +321,12 @@ def orbits_at(
     model: Model, period: int = 1, segments: int = SEGMENTS, *, by: Cut = Shooting
 ) -> Orbits:
     """Return orbits of a model at its own parameter values: the choice does not matter."""
-    names = [item.name for item in model.parameters if model.forced or item.name != "duration"]
-    return orbits_of(model, {names[0]: 1.0}, period, segments, by=by)
+    return orbits_of(model, {any_parameter(model): 1.0}, period, segments, by=by)
+
+
+def any_parameter(model: Model) -> str:
+    """Return a parameter to find orbits with, or raise."""
+    for item in model.parameters:
+        if model.forced or item.name != "duration":
+            return item.name
+    raise InputError(f"{model.name} has no parameter; give it one, used or not")
