@@ -153,7 +153,8 @@ class Front:
         on_wall = (np.abs(normals) == 1).any(axis=1)  # there normals predict no tangents
         mistaken = angles_between(normals, result.tangents)
         turn = np.minimum(turn, np.maximum(turn / STEP.turns, np.where(on_wall, 0.0, mistaken)))
-        distance, bends = lengths_of(result.z - guesses), mistaken > STEP.angle
+        distance = lengths_of(result.z - guesses)
+        bends = (mistaken > STEP.angle) & (length > STEP.emanating)  # else rounding decides
         measures = self._measured(rows, result, distance, length, turn, bends)
         # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
         fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)

@@ -256,8 +256,8 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings, near: flo
 
     All multipliers but the critical ones are near those of the common orbit, so that the number
     outside the unit circle may differ by theirs at most. The parameter must continue in its initial
-    direction, else there is a fold. Otherwise the step is shortened. So near as the other branch
-    bifurcates, in spans, this one may as well.
+    direction, else there is a fold. Otherwise the step is shortened. So `near` in the parameter as
+    the other branch bifurcates, this one may as well.
     """
     apart = np.abs(start.multipliers - 1)
     critical = max(1, int(np.count_nonzero(apart < BIFURCATION.located)))
@@ -269,10 +269,11 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings, near: flo
         first = first_point(orbits, start, step, settings)
         if isinstance(first, Failure) or not 0 <= first.unstable - outside <= critical:
             return None
-        return first
+        passes = critical == 1 and abs(first.z[-1] - start.z[-1]) > near / 2
+        return None if passes else first
 
     # Of several branches each is known at that distance, and nearer to the point it is not.
-    longest = step = min(STEP.emanating, near / 2) if critical == 1 else BIFURCATION.radius
+    longest = step = STEP.emanating if critical == 1 else BIFURCATION.radius
     for _ in range(6):
         first = reached(step)
         if first is not None:
