@@ -232,12 +232,11 @@ def test_an_interrupt_keeps_what_was_found():
     assert "interrupted" in found.summary()
 
 
-@pytest.mark.parametrize("rate", ["cos(t) - x", "cos(t) - x + tip", "(1 - y^2)*x - y"])
-def test_orbits_need_a_parameter(rate):
+def test_forced_orbits_need_a_parameter_and_equilibria_none():
     tip = {"tip": {"slip": "-x", "normal": "0.3", "friction": sf.Coulomb(mu_k=1.0)}}
-    given = {"forcing": {"period": "2*pi"}} if "cos" in rate else {}
-    model = sf.System(
-        states={"y": "x", "x": rate}, contacts=tip if "tip" in rate else None, **given
-    )
-    with pytest.raises(sf.InputError, match="has no parameter; give it one"):
-        sf.attractors(model, starts=4)
+    for rate, contacts in (("cos(t) - x", None), ("cos(t) - x + tip", tip)):
+        given = {"contacts": contacts, "forcing": {"period": "2*pi"}}
+        with pytest.raises(sf.InputError, match="has no parameter; give it one"):
+            sf.attractors(sf.System(states={"x": rate}, **given), starts=4)
+    slow = sf.System(states={"x": "v", "v": "x - x^3 - 0.01*v"})
+    assert len(sf.attractors(slow, starts=16).attractors) == 2

@@ -417,7 +417,6 @@ class AttractorSet:
         duration = None if sticks else self._round(states)  # one that sticks is simulated on
         if (duration is None and not sticks) or self._is_known(state, ATTRACTOR.near_cycle):
             return None
-        any_parameter(self.model)
         try:
             orbit = periodic_orbit(self.model, state=state, duration=duration)
         except InputError:
