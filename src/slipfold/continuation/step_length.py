@@ -35,7 +35,7 @@ class STEP:
     # Corrections that are longer than this lead elsewhere
     reach: float = 2 * reject * error
     # Fraction of the function that is zero at branch points, relative to the tangent's component
-    # along the parameter, below which one step may have come to a branch point
+    # along the parameter, below which one step may have reached a branch point
     falls: float = 0.5
     # Angle in radians between predicted and corrected tangent below which a step is taken to stay
     # on its curve: a straight one passes zeros of that function at no cost

@@ -41,7 +41,7 @@ class WINDOW:
     alike: float = 1.01  # ratio of margins of what may be the same event a period later
     instant: float = 1e-7  # phases of stick that count as none, as of a symmetric orbit
     # The same of what begins at a grazing of a symmetric orbit: the root of residuals, of 1e-10
-    touch: float = 1e-4
+    grazing: float = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,7 +309,7 @@ class MarginalShooting(SwitchedShooting):
             if grazes is None:
                 return end - begin > WINDOW.instant or Status.STICK not in mode
             away = (begin - grazes) / half
-            return max(abs(away - round(away)) * half, end - begin) > WINDOW.touch
+            return max(abs(away - round(away)) * half, end - begin) > WINDOW.grazing
 
         return joined((span for span in found if lasts(*span)), self.period)
 
