@@ -15,6 +15,14 @@ TEXT = ".editor textarea"
 SLOW = """() => { const ask = fetch; window.fetch = (...all) =>
   new Promise((resolve) => setTimeout(resolve, 300)).then(() => ask(...all)); }"""
 
+HELD = """() => { const ask = fetch, answers = []; let open;
+  const opened = new Promise((resolve) => { open = resolve; });
+  window.fetch = (...all) => {
+    answers.push(opened.then(() => ask(...all))); return answers.at(-1); };
+  window.release = async () => { open(); await Promise.all(answers);
+    await new Promise((resolve) => setTimeout(resolve, 100)); }; }"""
+"""Hold requests back until they are released."""
+
 
 @pytest.fixture
 def editor(new_tab):
@@ -81,13 +89,10 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     assert editor.specials() == after
     assert editor.parameter("F") == 0.15
     # A link whose model is built late does not replace a newer one.
-    late = []
-    page.route("**/api/model", lambda route: late.append(route))
+    page.evaluate(HELD)
     editor.open(urlencode({"model": "late", "text": f"{quintic}\n"}))
     editor.open("model=duffing&p.F=0.16")
-    with page.expect_response("**/api/model"):
-        late[0].continue_()
-    page.wait_for_timeout(200)
+    page.evaluate("release()")
     assert page.locator("header select").input_value() == "duffing"
 
 
