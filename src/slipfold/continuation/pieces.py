@@ -13,8 +13,8 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import POINTS, lagrange
-from slipfold.continuation.locate import LostCurveError, Projection, insert, point_at
-from slipfold.continuation.newton import correct
+from slipfold.continuation.locate import ZERO, LostCurveError, Projection, insert, point_at
+from slipfold.continuation.newton import TOO_SHARP, correct
 
 
 class PIECE:
@@ -164,14 +164,16 @@ class _ChordAhead(Projection[P]):
         # The piece is extrapolated first, then the chord itself is tried.
         guesses = [] if first is None else [first]
         guesses += [self._guess(s)[1]] if self._points else []
+        # Where a change of contacts makes orbits neutral, Newton's method may lead to any other.
+        reach = max(float(np.linalg.norm(self._b.z - self._a.z)), ZERO.blurred)
         for guess in [*guesses, self._a.z + s * self._row]:
             correction = correct(self._curve, guess, self._row)
-            if correction.converged:
+            if correction.converged and np.linalg.norm(correction.z - guess) <= reach:
                 point = self._curve.point(correction, arclength)
                 if point.piece == self._a.piece and self._runs_along(point):
                     insert(self._points, self._projected(point, s))
                 return point
-        raise LostCurveError(correction.failure)
+        raise LostCurveError(correction.failure or TOO_SHARP)
 
 
 def locate_loss(curve: Curve[P], history: list[P], a: P, b: P) -> P | None:
