@@ -266,10 +266,11 @@ OrbitPeriods = Annotated[
     Option("Periods of the orbits whose bifurcations are followed: 1, 2 or both."),
 ]
 Regions = Annotated[
-    bool,
+    bool | None,
     Option(
         "Find the regions between the loci and the stable responses in each, checked by "
-        "simulations; takes a forced model, all types and both periods."
+        "simulations; takes a forced model, all types and both periods.",
+        "flag",
     ),
 ]
 Regimes = Annotated[

@@ -242,7 +242,10 @@ def test_refused_points_are_told_unless_a_locus_passes_them(monkeypatch):
 def test_an_island_of_equilibria_between_lines_is_found():
     rates = {"x": "-x*((x - 2)^2 + 100*((a - 0.8)^2 + (b - 0.75)^2) - 1)"}  # a tenth as wide
     model = sf.System(parameters={"a": 0, "b": 0}, states=rates)
-    (fold,) = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-0.9, 0.9)), regions=False).loci
+    found = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-0.9, 0.9)))
+    assert found.regions is None
+    assert "Regions exist for forced models only, and system is autonomous" in found.summary()
+    (fold,) = found.loci
     assert np.hypot(*(fold.values - (0.8, 0.75)).T) == pytest.approx(0.1, abs=1e-12)
     assert fold.closed
 

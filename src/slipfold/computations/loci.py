@@ -150,7 +150,7 @@ def bifurcation_set(
     *,
     types: options.Types = None,
     periods: options.OrbitPeriods = (1, 2),
-    regions: options.Regions = True,
+    regions: options.Regions = None,
     regimes: options.Regimes = None,
     settings: Settings | None = None,
     on_progress: Observer | None = None,
@@ -159,7 +159,8 @@ def bifurcation_set(
     """Find all bifurcations of the responses of period 1 and 2 in a window of two parameters.
 
     Responses are followed across the window, and from their special points the loci; between the
-    loci lie regions, in each of which the same stable responses exist.
+    loci lie regions, in each of which the same stable responses exist; without `regions` they are
+    found where there may be some, else the summary says why not.
 
     Returns
     -------
@@ -181,8 +182,6 @@ def bifurcation_set(
     refuse_varied(names, parameters, "the window")
     kinds, chosen_periods = None if types is None else _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
-    if regions:  # their labels are those of orbits in slip
-        check_followed(base)
     chosen = checked_settings(settings)
     grid = _grid(regimes, regions)
     on_progress = with_position(on_progress, model, names)
@@ -222,10 +221,10 @@ def _types(given: Any) -> tuple[Any, ...]:
     return tuple(item.upper() if isinstance(item, str) else item for item in _several(given))
 
 
-def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
+def _grid(given: Any, regions: bool | None) -> tuple[int, int] | None:
     if given is None:
         return None
-    if not regions:
+    if regions is False:
         raise InputError(
             f"regimes = {given!r} needs regions; give regions=True (--regions) as well"
         )

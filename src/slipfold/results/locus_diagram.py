@@ -237,7 +237,9 @@ class LocusDiagram(CurveDiagram):
     interrupted: bool = False
     checked: Checked | None = None
     missing: Annotated[
-        tuple[str, ...], "Sentences on what was found in the window and could not be followed."
+        tuple[str, ...],
+        "Sentences on what was found in the window and could not be followed, and on why there are "
+        "no regions.",
     ] = ()
 
     @property

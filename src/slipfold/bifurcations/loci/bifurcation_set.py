@@ -30,8 +30,9 @@ from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.loci.region_map import RegionMap
 from slipfold.bifurcations.loci.regions import map_regions
 from slipfold.bifurcations.loci.window import Plane, Window, measured_across, parse_plane
-from slipfold.errors import InputError
+from slipfold.errors import InputError, refusal
 from slipfold.flow.modes import MET, contacts_of
+from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.progress import Observer
@@ -48,7 +49,8 @@ class BifurcationSet:
     # The regions; None if they were not requested or the computation was interrupted
     regions: RegionMap | None
     interrupted: bool  # whether the computation was interrupted
-    missing: tuple[str, ...] = ()  # sentences on special points that could not be followed
+    # Sentences on special points that could not be followed, and on why there are no regions
+    missing: tuple[str, ...] = ()
 
 
 def find_bifurcation_set(
@@ -58,7 +60,7 @@ def find_bifurcation_set(
     *,
     types: Sequence[str] | None = None,
     periods: Sequence[int] = PERIODS,
-    regions: bool = True,
+    regions: bool | None = None,
     settings: Settings | None = None,
     observer: Observer | None = None,
 ) -> BifurcationSet:
@@ -70,16 +72,9 @@ def find_bifurcation_set(
     """
     plane, window = parse_plane(model, plane, window)
     every, (types, periods) = types is not None, check_requested(model, types, periods)
-    if regions and not model.forced:
-        raise InputError(
-            f"regions exist for forced models only, and {model.name} is autonomous; compute its "
-            "loci alone with regions=False"
-        )
-    if regions and not (types == possible_types(model) and periods == PERIODS):
-        raise InputError(
-            f"regions need the loci of all types ({', '.join(possible_types(model))}) and both "
-            "periods (1, 2); give all of them, or regions=False"
-        )
+    why = _no_regions(model, types, periods)
+    if regions and why:
+        raise InputError(f"{why}; leave regions out, or give regions=False")
     # Hopf loci need no cycles.
     followed = (0,) if types == ("HB",) else periods
     settings = replace(settings or Settings(), largest_period=max(followed))
@@ -92,8 +87,22 @@ def find_bifurcation_set(
             f"no response exists on any of {len(search.lines)} lines across the window: "
             f"{search.lines[0].failure}"
         )
-    labels = search.map_regions(loci) if regions and not search.interrupted else None
-    return BifurcationSet(loci, labels, search.interrupted, search.missing(loci))
+    wanted = not why if regions is None else regions
+    labels = search.map_regions(loci) if wanted and not search.interrupted else None
+    notes = (why,) if why and regions is None else ()
+    return BifurcationSet(loci, labels, search.interrupted, (*search.missing(loci), *notes))
+
+
+def _no_regions(model: Model, types: Sequence[str], periods: Sequence[int]) -> str:
+    """Return why a set cannot have regions, whose labels are those of orbits in slip."""
+    if not model.forced:
+        return f"regions exist for forced models only, and {model.name} is autonomous"
+    if types == possible_types(model) and periods == PERIODS:
+        return refusal(check_followed, model)
+    return (
+        f"regions need the loci of all types ({', '.join(possible_types(model))}) and both periods "
+        "(1, 2)"
+    )
 
 
 class _Search:

@@ -176,11 +176,9 @@ def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[s
         window = (
             f"(({view.x.span[0]!r}, {view.x.span[1]!r}), ({view.y.span[0]!r}, {view.y.span[1]!r}))"
         )
-        # There are regions of forced models only.
-        regions = "" if model.forced else ", regions=False"
         plane = f'("{view.x.name}", "{view.y.name}")'
         return [
-            f"result = sf.bifurcation_set(model, {plane}, {window}{regions})",
+            f"result = sf.bifurcation_set(model, {plane}, {window})",
             "print(result.summary())",
             'result.plot().figure.savefig("plane.svg")',
         ]
