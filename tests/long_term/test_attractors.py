@@ -232,7 +232,22 @@ def test_an_interrupt_keeps_what_was_found():
     assert "interrupted" in found.summary()
 
 
-def test_forced_orbits_need_a_parameter_and_equilibria_none():
+@pytest.mark.parametrize("coupling", [0.0, 0.2])
+def test_a_cycle_beside_a_contact_that_rests_anywhere_is_one(coupling):
+    tip = {"slip": "-v", "normal": "0.6", "friction": sf.Coulomb(mu_k=1.0)}
+    rates = {"y": "x", "x": "d*x*(1 - y^2) - y + c*q", "q": "v", "v": "c*y - q + tip"}
+    given = {"parameters": {"c": coupling, "d": 1.0}, "contacts": {"tip": tip}}
+    model = sf.System(states=rates, **given)
+    (cycle,) = found = sf.attractors(model, starts=8)
+    assert (found.labels == 1).all()
+    motion = sf.simulate(model, 200, {"y": 1.0}).settlement
+    # q rests at zero, in the middle, in both: this is the cycle without what rests
+    assert [cycle.duration, motion.duration] == pytest.approx([6.663286859323] * 2, rel=1e-8)
+    center = sf.simulate(model, 200, {"y": 1.0}, d=0.0).settlement
+    assert center.neutral_round == pytest.approx(2 * np.pi, rel=1e-8)
+
+
+def test_orbits_need_a_parameter_and_equilibria_none():
     tip = {"tip": {"slip": "-x", "normal": "0.3", "friction": sf.Coulomb(mu_k=1.0)}}
     for rate, contacts in (("cos(t) - x", None), ("cos(t) - x + tip", tip)):
         given = {"contacts": contacts, "forcing": {"period": "2*pi"}}
@@ -240,3 +255,5 @@ def test_forced_orbits_need_a_parameter_and_equilibria_none():
             sf.attractors(sf.System(states={"x": rate}, **given), starts=4)
     slow = sf.System(states={"x": "v", "v": "x - x^3 - 0.01*v"})
     assert len(sf.attractors(slow, starts=16).attractors) == 2
+    free = sf.System(states={"y": "x", "x": "(1 - y^2)*x - y"})
+    assert "2 undecided; system has no parameter; give" in sf.attractors(free, starts=2).summary()

@@ -313,12 +313,15 @@ def _cycle_text(duration: float) -> str:
     return f"a cycle of {duration:.9g} s ({1 / duration:.6g} Hz)"
 
 
-def judge_autonomous(model: Model, states: Array, tolerance: float) -> Settlement:
+def judge_autonomous(
+    model: Model, states: Array, tolerance: float, held: Flow | None = None, kept: int = 0
+) -> Settlement:
     """Judge from the end of a trajectory whether it has converged.
 
     It has converged to an equilibrium if it is near one that attracts. It has converged to a cycle
     if its returns to a plane repeat and the cycle attracts. Around a center all rounds repeat, but
-    the trajectory has converged to none of them.
+    the trajectory has converged to none of them. `held` is the flow of a mode in which contacts
+    stick or are open, which keeps some sums of states: equilibria of the model are others.
 
     Shapes: states (m, n).
 
@@ -327,10 +330,10 @@ def judge_autonomous(model: Model, states: Array, tolerance: float) -> Settlemen
     >>> round(simulate(model_named("vanderpol-free")).settlement.duration, 8)
     6.66328686
     """
-    rest = equilibrium_near(model, states[-1])
+    rest = equilibrium_near(model, states[-1]) if held is None else None
     if rest is not None and rest.distance <= tolerance:
         return _at_rest(rest)
-    end = _End(model, states)
+    end = _End(model, states, held or flow_of(model), kept)
     returns, seen = None, 0.0
     for window in chain(
         map(end.window, CONVERGENCE.steps), map(end.stiff_window, CONVERGENCE.steps[:1])
@@ -365,10 +368,8 @@ class _End:
 
     model: Model
     states: Array
-
-    @cached_property
-    def flow(self) -> Flow:
-        return flow_of(self.model)
+    flow: Flow
+    kept: int
 
     @cached_property
     def constants(self) -> Constants:
@@ -459,7 +460,7 @@ class _End:
         return trends_of(scaled / max(1.0, float(np.abs(scaled).max())))
 
     def largest_multiplier(self, window: DenseTrajectory, begin: float, end: float) -> float:
-        """Return the largest modulus of a cycle's multipliers besides that of its own direction."""
+        """Return the largest modulus of a cycle's multipliers besides those that are always one."""
         inside = window.phases[(window.phases > begin) & (window.phases < end)]
         if window.implicit:
             edges = np.concatenate([[begin], inside, [end]])
@@ -475,7 +476,7 @@ class _End:
         if not np.isfinite(monodromy).all():
             return math.inf
         values = np.linalg.eigvals(monodromy)
-        others = np.delete(values, np.abs(values - 1).argmin())
+        others = np.delete(values, np.argsort(np.abs(values - 1))[: 1 + self.kept])
         return float(np.abs(others).max(initial=0.0))
 
 

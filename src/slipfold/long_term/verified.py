@@ -29,9 +29,10 @@ from slipfold.long_term.exponents import find_exponents, growth_from, growth_thr
 from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.find import may_slip, periodic_orbit
-from slipfold.orbits.kinds import any_parameter
+from slipfold.orbits.kinds import any_parameter, orbits_at
 from slipfold.orbits.orbit_batch import orbits_from
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.text import stability_word
 
 
@@ -67,12 +68,18 @@ class Trajectories:
 
 
 class CycleLine:
-    """The closed polygon through samples of a cycle."""
+    """The closed polygon through samples of a cycle.
+
+    Contacts that stick all the time may rest anywhere in a range, and that moves the cycle: how
+    far they are displaced does not count.
+    """
 
     def __init__(self, orbit: PeriodicOrbit, scales: Array) -> None:
-        self.samples = orbit.sample(1024)[1]  # between which the line is straight
+        phases, self.samples = orbit.sample(1024)  # between which the line is straight
         self._scales, self._whole = scales, orbit.model.angle_periods
         self._along = self._apart(np.roll(self.samples, -1, axis=0), self.samples)
+        self._displaced, moved = _displacements(orbit, scales)
+        self._moved = moved[np.arange(len(phases)) * len(moved) // len(phases)]
         self._squares = np.einsum("sa,sa->s", self._along, self._along)
 
     def distance(self, states: Array) -> Array:
@@ -82,12 +89,36 @@ class CycleLine:
 
     def _from(self, state: Array) -> float:
         apart = self._apart(state, self.samples)
+        apart -= np.einsum("sak,sk->sa", self._moved, apart @ self._displaced.T)
         fractions = np.clip(np.einsum("sa,sa->s", apart, self._along) / self._squares, 0.0, 1.0)
         nearby = apart - fractions[:, None] * self._along
         return float(np.sqrt(np.einsum("sa,sa->s", nearby, nearby).min()))
 
     def _apart(self, states: Array, points: Array) -> Array:
         return wrap_angles(states - points, self._whole) / self._scales
+
+
+def _displacements(orbit: PeriodicOrbit, scales: Array) -> tuple[Array, Array]:
+    """Return what displaces contacts that rest, and how that moves a cycle at equal phases.
+
+    Shapes: scales (n,); returns (k, n), (p, n, k).
+    """
+    n, phases = len(scales), np.arange(0.0, 1.0, 1 / ATTRACTOR.samples)
+    none = np.empty((0, n)), np.empty((len(phases), n, 0))
+    if not isinstance(orbit, StickSlipOrbit):
+        return none
+    orbits = orbits_at(orbit.model, by=SwitchedShooting, segments=1)
+    constants, by = orbits.constants(orbits.unknown(orbit.state[None], orbit.model)), orbits.by
+    assert isinstance(by, SwitchedShooting)
+    rest = by.resting(orbit.state[None], constants)
+    if rest is None:
+        return none
+    nodes, ratios = np.tile(orbit.state, (len(phases), 1)), scales / scales[:, None]
+    matrices = by.propagate(nodes, 0 * phases, phases + phases[1], constants)[1] * ratios
+    displaced = rest.displaced * scales / orbits.scales
+    equations = np.vstack([matrices[-1] - np.eye(n), displaced])
+    unit = np.eye(len(equations))[:, n:]
+    return displaced, matrices @ np.linalg.lstsq(equations, unit, rcond=None)[0]
 
 
 class ATTRACTOR:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.errors import refusal
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.attractor import Attractor, preserves_volume
 from slipfold.long_term.search import (
@@ -24,6 +25,7 @@ from slipfold.long_term.search import (
 )
 from slipfold.models.model import Model
 from slipfold.models.quantities import State
+from slipfold.orbits.kinds import any_parameter
 from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Entry, Items, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
@@ -179,7 +181,8 @@ def starts_notes(
     notes = [f"{count} ended: {kind}" for kind, count in ends.items()]
     if (labels == UNDECIDED).any():
         why = "the model preserves volumes of states, so nothing attracts them; add damping"
-        why = why if preserves_volume(model) else "give more periods"
+        if not preserves_volume(model):
+            why = refusal(any_parameter, model) or "give more periods"
         notes.append(f"{(labels == UNDECIDED).sum()} undecided; {why}")
     if unfinished:
         notes.append(f"{unfinished} {what} not finished, the search was interrupted")
