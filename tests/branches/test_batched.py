@@ -9,7 +9,10 @@ from slipfold.bifurcations.branches.batched import follow_batch
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.stops import STOP
 from slipfold.continuation.locate import ZERO
+from slipfold.flow.batches import ROUNDING
+from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.normal_forms.maps import JetMap
+from slipfold.orbits.uncertainty import answers_of, multiplier_rounding, recomputed
 
 SPAN = (0.0, 0.98)
 
@@ -103,6 +106,24 @@ def test_a_breakdown_in_a_batch_is_of_one_case(monkeypatch):
     known = reported(batched(models, span=(0.0, 0.2)))
     monkeypatch.setattr(JetMap, "powers_of", broken)
     assert reported(batched(models, span=(0.0, 0.2))) == known
+
+
+def test_points_are_computed_again_together_as_alone():
+    cases = batched(scattered(3, seed=7), span=(0.0, 0.2))
+    points = [found.point for case in cases for item in case.branches for found in item.found]
+    beside = [point.z + 1e-6 * point.tangent for point in points]
+    wanted = enumerate(zip(points * 2, [None] * len(points) + beside, strict=True))
+    answers = answers_of(dict(wanted))
+    for i, (point, there) in enumerate(zip(points, beside, strict=True)):
+        alone, _ = recomputed(point.curve, point)
+        # Errors of steps, where rounding is a two-thousandth of them.
+        part, factor = point.linearization, ROUNDING / np.finfo(float).eps
+        moved = parameter_rounding(part.bordered(point.tangent), point.z, ROUNDING)
+        spread = factor * multiplier_rounding(point.monodromy, point.multipliers)
+        assert abs(answers[i].value - alone.z[-1]) <= moved
+        assert (np.abs(answers[i].multipliers - alone.multipliers) <= spread).all()
+        known = point.curve.eigenvalues(there, point.curve.linearize(there))
+        assert (np.abs(answers[len(points) + i] - known) <= spread).all()
 
 
 def test_a_result_does_not_depend_on_its_batch():

@@ -209,13 +209,15 @@ class Critical(OrbitCurve):
         return {}
 
 
-def doubled_orbit(orbits: Orbits, z: Array, residual: float) -> OrbitPoint:
+def doubled_orbit(
+    orbits: Orbits, z: Array, residual: float, part: Linearization | None = None
+) -> OrbitPoint:
     """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.
 
     That is the critical direction, which changes sign from one period to the next. To first order
     no parameter changes.
     """
-    part = orbits.linearize(z)
+    part = part or orbits.linearize(z)
     values, vectors = np.linalg.eig(part.product)
     direction = vectors[:, np.argmin(np.abs(values + 1))].real
     along = [direction]

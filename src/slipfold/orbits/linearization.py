@@ -285,7 +285,7 @@ class Linearization:
         Shapes: weights (t, parts).
         """
         if parts[0].watched is None:
-            return _product(np.tensordot(weights, [part.few for part in parts], axes=1))
+            return product_of(np.tensordot(weights, [part.few for part in parts], axes=1))
         return np.array([Linearization.blend(parts, row).monodromy for row in weights])
 
     @cached_property
@@ -299,7 +299,7 @@ class Linearization:
     @cached_property
     def product(self) -> Array:
         """Product of the transition matrices, shape (n, n), in scaled states."""
-        return _product(self.factors)
+        return product_of(self.factors)
 
     @cached_property
     def monodromy(self) -> Array:
@@ -363,7 +363,7 @@ class Linearization:
         return Condensed(self.blocks, self.along, lines, reached)
 
 
-def _product(factors: Array) -> Array:
+def product_of(factors: Array) -> Array:
     """Return the products of matrices, the first on the right: (..., m, n, n) to (..., n, n)."""
     *_, whole = _products(factors)
     return whole[..., 0, :, :]

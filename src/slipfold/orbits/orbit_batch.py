@@ -6,7 +6,9 @@ of all orbits share the lanes of one integration.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +25,7 @@ from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import far_above, many_margins
+from slipfold.orbits.linearization import Linearization, product_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import ORBIT_TESTS, evaluate_each, floquet_multipliers
@@ -70,6 +73,18 @@ class Part:
     along: Array  # derivatives by the parameter, shape (k, m, n)
     seen: Seen
 
+    @staticmethod
+    def unknown(k: int, m: int, n: int, limits: int) -> Part:
+        """Return what holds those of k orbits, all NaN."""
+        states, seen = np.full((2, k, m, n), np.nan), np.full((3, k, limits), np.nan)
+        return Part(states[0], np.full((k, m, n, n), np.nan), states[1], Seen(*seen))
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """All that is known of them."""
+        seen = self.seen.lowest, self.seen.highest, self.seen.above
+        return self.missed, self.blocks, self.along, *seen
+
 
 @dataclass(frozen=True, eq=False)
 class Solutions:
@@ -115,10 +130,21 @@ class Corrected(Solutions):
     Derivatives are those before the last correction.
     """
 
-    blocks: Array  # transition matrices in scaled states, shape (k, m, n, n)
+    part: Part
     condensed: Array  # equations of first node and parameter alone, shape (k, n + 1, n + 1)
-    seen: Seen
     moved: Array  # length of the last correction, infinite where there was none, shape (k,)
+
+    @property
+    def seen(self) -> Seen:
+        """What was seen of the limits."""
+        return self.part.seen
+
+    def point(self, row: int, orbits: Orbits, arclength: float, residual: float) -> OrbitPoint:
+        """Return one of them as a point of a branch, with its derivatives."""
+        point, part = super().point(row, orbits, arclength, residual), self.part
+        missed = part.missed[row] * np.sqrt(len(part.missed[row]))
+        known = Linearization(missed, part.blocks[row], part.along[row, ..., None])
+        return replace(point, linearization=known)
 
     @cached_property
     def signs(self) -> Array:
@@ -168,6 +194,7 @@ class OrbitBatch:
         period: int = 1,
         nodes: int = SEGMENTS,
         steps: LinearizedSteps | None = None,
+        phase: float = 0.0,
     ) -> None:
         self.model, self.parameters, self._both = model, parameters, scales
         self.sizes, self.scales = scales[:, 0], scales[:, 1]
@@ -178,15 +205,16 @@ class OrbitBatch:
         self.size = self.scales.shape[1] * nodes
         self._node_scales = np.tile(self.scales, nodes) * np.sqrt(nodes)
         self._length = period / nodes
-        self._start = np.arange(nodes) * self._length
+        self._start = phase + np.arange(nodes) * self._length
 
     @staticmethod
-    def of_branch(orbits: ForcedOrbits) -> OrbitBatch:
-        """Return the orbits of one branch: all have its parameters, in row 0."""
-        model, vary = orbits.model, (orbits.vary, orbits.width)
-        scales = np.array([[orbits.by.sizes, orbits.scales]])
-        given = model, model.vector[None], scales, vary
-        return OrbitBatch(*given, orbits.period, orbits.segments)
+    def of_branches(branches: Sequence[Orbits]) -> OrbitBatch:
+        """Return the orbits of branches that are alike, each with its parameters in a row."""
+        first = branches[0]
+        parameters = np.array([orbits.model.vector for orbits in branches])
+        scales = np.array([[orbits.by.sizes, orbits.scales] for orbits in branches])
+        given = first.model, parameters, scales, (first.vary, first.width)
+        return OrbitBatch(*given, first.period, first.segments, phase=first.phase)
 
     def of_period(self, period: int) -> OrbitBatch:
         """Return the same for orbits of another period."""
@@ -232,16 +260,15 @@ class OrbitBatch:
         Shapes: guesses, rows (k, u).
         """
         k, n, u = len(some), self.scales.shape[1], guesses.shape[1]
-        tangents, blocks = np.full((k, u), np.nan), np.full((k, self.nodes, n, n), np.nan)
-        condensed, seen = np.full((k, n + 1, n + 1), np.nan), np.full((3, k, self._limits), np.nan)
-        moved = np.full(k, np.inf)
+        tangents, condensed = np.full((k, u), np.nan), np.full((k, n + 1, n + 1), np.nan)
+        known, moved = Part.unknown(k, self.nodes, n, self._limits), np.full(k, np.inf)
 
         def steps(here: Indices, z: Array) -> Array:
             part = self.linearize(some[here], z, tolerance)
             right = np.einsum("ka,ka->k", rows[here], guesses[here] - z)
             step, tangents[here], condensed[here] = self.solve(part, rows[here], right)
-            blocks[here] = part.blocks
-            seen[:, here] = part.seen.lowest, part.seen.highest, part.seen.above
+            for whole, own in zip(known.arrays, part.arrays, strict=True):
+                whole[here] = own
             moved[here] = np.sqrt((step * step).sum(axis=1))
             return step
 
@@ -249,11 +276,11 @@ class OrbitBatch:
         z = correct_many(steps, guesses, rule).z
         z[~np.isfinite(condensed).all(axis=(1, 2))] = np.nan
         lost = ~np.isfinite(z).all(axis=1)
-        for item in (tangents, blocks, *seen):
+        for item in (tangents, *known.arrays):
             item[lost] = np.nan
         moved[np.isnan(moved)] = np.inf
         monodromies = condensed[:, :n, :n] + np.eye(n)
-        return Corrected(z, tangents, monodromies, blocks, condensed, Seen(*seen), moved)
+        return Corrected(z, tangents, monodromies, known, condensed, moved)
 
     def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Converged:
         """Correct orbits that are nearly met until they fail by a tenth of what they may.
@@ -269,8 +296,7 @@ class OrbitBatch:
         for error in (errors + [EXACTLY] * ITERATIONS)[:ITERATIONS]:
             part = self.linearize(some[going], found.z[going], error)
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
-            finer = (self.scales / self.sizes)[some[going], None] * np.sqrt(self.nodes)
-            missed = (np.abs(part.missed) * finer).max(axis=(1, 2))
+            missed = self.misses(some[going], part)
             if error == NEARLY:  # the flow itself decides whether orbits close
                 missed = self.residuals(some[going], found.z[going])
             found.tangents[going], found.residuals[going] = tangents, missed
@@ -282,6 +308,27 @@ class OrbitBatch:
             found.z[going] += np.nan_to_num(step[far])  # where explicit steps do not arrive
         found.residuals[going] = np.inf  # of the orbit before its last correction
         return found
+
+    def shifted(self, z: Array, tangents: Array) -> tuple[OrbitBatch, Array, Array]:
+        """Return the same with segments that begin in the middle of these: steps fall elsewhere.
+
+        Also an orbit and a direction of each row. Shapes: z, tangents (k, u).
+        """
+        some, other, half = np.arange(len(z)), copy(self), self._length / 2
+        other._start = self._start + half
+        nodes, along = self.states(some, z), self.states(some, tangents)
+        values, rates = z[:, -1] * self.width, tangents[:, -1] * self.width
+        found = self._propagated(nodes, self.values(some, z), self.sizes, EXACTLY, half)
+        moved = (found.matrices @ along.reshape(-1, along.shape[2], 1))[..., 0]
+        moved += found.vectors * np.repeat(rates, self.nodes)[:, None]
+        rows = self.join(some, moved.reshape(nodes.shape), rates)
+        rows /= np.linalg.norm(rows, axis=1)[:, None]
+        return other, self.join(some, found.ends.reshape(nodes.shape), values), rows
+
+    def multipliers(self, some: Indices, z: Array) -> NDArray[np.complex128]:
+        """Return the Floquet multipliers by the flow, NaN where not known. Shapes: z (k, u)."""
+        matrices = product_of(self.linearize(some, z, EXACTLY).blocks)
+        return Solutions(z, z, matrices).multipliers
 
     def margins(self, some: Indices, z: Array) -> Array:
         """Return by how much orbits keep each limit, NaN where one is not known.
@@ -300,6 +347,11 @@ class OrbitBatch:
             found[rows] = many_margins(self.flow, constants, limits, states, self.period)[0]
         return found
 
+    def misses(self, some: Indices, part: Part) -> Array:
+        """Return the largest mismatch of each, in the scales of residuals, shape (k,)."""
+        finer = (self.scales / self.sizes)[some, None] * np.sqrt(self.nodes)
+        return np.asarray((np.abs(part.missed) * finer).max(axis=(1, 2)))
+
     def residuals(self, some: Indices, z: Array) -> Array:
         """Return by how much orbits fail to close by the flow, in scaled states, shape (k,)."""
         scales, nodes = self.sizes[some], self.states(some, z)
@@ -316,7 +368,7 @@ class OrbitBatch:
         k, m, n = len(some), self.nodes, self.scales.shape[1]
         nodes, scales = self.states(some, z), self.scales[some]
         given = nodes, self.values(some, z), self.sizes[some]
-        propagated = self._propagated(*given, tolerance)
+        propagated = self._propagated(*given, tolerance, self._length)
         wide, root = scales[:, None, :], np.sqrt(m)
         gaps = propagated.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
         watched = (k, m, self._limits)
@@ -336,9 +388,9 @@ class OrbitBatch:
         return len(self.model.limits)
 
     def _propagated(
-        self, nodes: Array, parameters: Array, scales: Array, tolerance: float
+        self, nodes: Array, parameters: Array, scales: Array, tolerance: float, length: float
     ) -> PropagatedStates:
-        """Integrate all segments to their ends: in explicit steps, or by the flow."""
+        """Integrate so much of all segments: in explicit steps, or by the flow."""
         (k, m, n), quick = nodes.shape, self.steps is not None and tolerance > EXACTLY
         constants = self.flow.constants(parameters, None if quick else power_of_two(scales))
         change = np.repeat(constants.rates[:, :, self._index], m, axis=0)
@@ -347,13 +399,13 @@ class OrbitBatch:
             assert self.steps is not None
             values = np.repeat(constants.values, m, axis=0)
             wide = np.repeat(scales, m, axis=0)
-            given = flat, start, self._length, values, wide, change
+            given = flat, start, length, values, wide, change
             return self.steps.propagate(*given, tolerance)
         # The same segment of all orbits in one batch: lanes take about as many steps each.
         order = np.arange(k * m).reshape(k, m).T.ravel()
         each, start = constants.rows(order // m), start[order]
         found = self.flow.linearize(
-            flat[order], start, start + self._length, each, change[order, :, None]
+            flat[order], start, start + length, each, change[order, :, None]
         )
         ends, matrices, vectors = (part[order.argsort()] for part in found)
         unseen = np.full((k * m, self._limits), -np.inf)  # limits are not examined
@@ -402,7 +454,7 @@ def correct_orbits(
     Shapes: guesses, rows (k, m n + 1).
     """
     some = np.zeros(len(guesses), dtype=np.int64)
-    batch = OrbitBatch.of_branch(orbits)
+    batch = OrbitBatch.of_branches([orbits])
     return batch.correct(some, guesses, rows, close, 0.5)
 
 

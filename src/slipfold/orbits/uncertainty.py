@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Hashable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
-from slipfold.continuation.newton import correct
+from slipfold.arrays import Array, Complex
+from slipfold.continuation.newton import NEWTON, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import (
@@ -17,11 +22,12 @@ from slipfold.orbits.continued import (
     parameter_rounding,
 )
 from slipfold.orbits.discretization import RADAU, Cut, is_stiff, scheme_for
-from slipfold.orbits.kinds import orbits_at
+from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.multipliers import product
+from slipfold.orbits.orbit_batch import EXACTLY, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
-from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.shooting import SEGMENT_GROWTH, Shooting, growth_within
 from slipfold.orbits.test_functions import floquet_multipliers, match_multipliers
 
 SPREAD = 2.0
@@ -80,6 +86,88 @@ def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None,
         return again, parameter_rounding(bordered, again.z)
     except BREAKDOWNS:
         return None, np.inf
+
+
+AGAIN = 1e-10
+"""Residual of a point that is computed again, before its last correction."""
+
+
+class Again(NamedTuple):
+    """A point of a curve that was computed with other errors in every step."""
+
+    value: float  # the last parameter, scaled
+    multipliers: Complex
+    tests: dict[str, float]
+    rounding: float  # what rounding can do to that parameter
+
+
+Request = tuple[OrbitPoint, Array | None]
+"""A point of a branch that is to be computed again, or whose multipliers are wanted beside it."""
+
+
+def answers_of(requests: Mapping[int, Request]) -> dict[int, Any]:
+    """Answer requests by number, with `Again` or multipliers; orbits that are alike at once.
+
+    None where a point cannot be computed again, an error where there are no multipliers.
+    """
+    answers, alike = dict[int, Any](), defaultdict[tuple[Hashable, bool], list[int]](list)
+    for number, (point, beside) in requests.items():
+        alike[_kind(point), beside is None].append(number)
+    for (kind, again), numbers in alike.items():
+        points = [requests[number][0] for number in numbers]
+        with suppress(*BREAKDOWNS):  # one may break down: each is asked for by itself then
+            if kind is not None and again:
+                answers |= zip(numbers, _shot_again(points), strict=True)
+            elif kind is not None:
+                z = np.array([requests[number][1] for number in numbers])
+                known = zip(numbers, _multipliers_at(points, z), strict=True)
+                answers |= {number: own for number, own in known if np.isfinite(own).all()}
+    return answers | {i: _answer(*requests[i]) for i in requests.keys() - answers.keys()}
+
+
+def _kind(point: OrbitPoint) -> Hashable:
+    """Return what orbits have in common that one batch computes, None of those it does not."""
+    curve, part = point.curve, point.linearization
+    by_shooting = isinstance(curve, ForcedOrbits) and type(curve.by) is Shooting
+    if not by_shooting or len(curve.free) > 1:
+        return None
+    if part is not None and growth_within(part.blocks) >= SEGMENT_GROWTH:  # shooting over a mesh
+        return None
+    return curve.flow, curve.vary, curve.width, curve.period, curve.segments, curve.phase
+
+
+def _answer(point: OrbitPoint, beside: Array | None) -> Any:
+    try:
+        if beside is not None:
+            return point.curve.eigenvalues(beside, point.curve.linearize(beside))
+        again, rounding = recomputed(point.curve, point)
+    except BREAKDOWNS as error:
+        return error
+    return None if again is None else Again(again.z[-1], again.multipliers, again.tests, rounding)
+
+
+def _multipliers_at(points: Sequence[OrbitPoint], z: Array) -> Complex:
+    """Return the multipliers of orbits of these branches, NaN where not known."""
+    batch = OrbitBatch.of_branches([point.curve for point in points])
+    return batch.multipliers(np.arange(len(z)), z)
+
+
+def _shot_again(points: Sequence[OrbitPoint]) -> list[Again | None]:
+    """Compute forced orbits again in one batch, in turn where Newton's method does not end."""
+    batch = OrbitBatch.of_branches([point.curve for point in points])
+    z, tangents = (np.array([getattr(p, name) for p in points]) for name in ("z", "tangent"))
+    other, guesses, rows = batch.shifted(z, tangents)
+    found = other.correct(np.arange(len(z)), guesses, rows, NEWTON.still, np.inf, EXACTLY)
+    residuals = other.misses(np.arange(len(z)), found.part)
+    answers = list[Again | None]()
+    for row, point in enumerate(points):
+        if not (found.found[row] and residuals[row] <= AGAIN):
+            answers.append(_answer(point, None))
+            continue
+        again = found.point(row, point.curve, point.arclength, float(residuals[row]))
+        rounding = parameter_rounding(again.linearization.bordered(again.tangent), again.z)
+        answers.append(Again(again.z[-1], again.multipliers, again.tests, rounding))
+    return answers
 
 
 def multiplier_uncertainty(

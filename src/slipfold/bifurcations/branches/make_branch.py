@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.branch_point import Crossing, find_crossing
+from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing, left_to_change
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
-from slipfold.continuation.locate import ZERO
+from slipfold.continuation.locate import ZERO, corrected_together
 from slipfold.continuation.pieces import PIECE
 from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
@@ -36,7 +36,14 @@ from slipfold.orbits.normal_forms.normal_form import Form, solved_forms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import WAYS, SwitchedShooting
 from slipfold.orbits.test_functions import critical_places, evaluate_tests, match_multipliers
-from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
+from slipfold.orbits.uncertainty import (
+    SPREAD,
+    Again,
+    Request,
+    answers_of,
+    multiplier_change,
+    recomputed,
+)
 from slipfold.text import certain
 
 AT_ONCE = 1e-9
@@ -60,9 +67,19 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 
 
 def describe_together(results: Sequence[Found]) -> list[SpecialPoint]:
-    """Return located bifurcations as `describe` does, with their normal forms in one batch."""
-    each = [_uncertain(item, *_uncertainties(item.point.curve, item)) for item in results]
+    """Return located bifurcations as `describe` does; what they have in common is one batch."""
+    searches = [_uncertainties(item.point.curve, item) for item in results]
+    known = corrected_together(searches, answers_of, BREAKDOWNS)
+    each = [
+        _uncertain(item, *(_unknown(item.point) if isinstance(own, Exception) else own))
+        for item, own in zip(results, known, strict=True)
+    ]
     return with_normal_forms(results, each)
+
+
+def _unknown(point: OrbitPoint) -> tuple[float, Array]:
+    """Uncertainties of the parameter and of the multipliers where nothing is known."""
+    return np.inf, np.full(len(point.multipliers), np.inf)
 
 
 def with_normal_forms(results: Sequence[Found], each: Sequence[SpecialPoint]) -> list[SpecialPoint]:
@@ -222,22 +239,29 @@ def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
     return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _crossing_again(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
-    """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
+def _crossing_again(orbits: Orbits, point: OrbitPoint) -> tuple[Again | None, float]:
+    """Find the same branch point with its nodes elsewhere: along one branch it is singular.
+
+    Also how far along the branches rounding may move it.
+    """
     other, guess, row = orbits.shifted(point.z, point.tangent)
     start = other.derived_point(guess, row, point.arclength, point.monodromy, point.residual)
-    return find_crossing(other, start, row)
+    crossing = find_crossing(other, start, row)
+    if crossing is None:
+        return None, np.inf
+    there = crossing.point
+    again = Again(there.z[-1], there.multipliers, there.tests, crossing.rounding)
+    return again, crossing.blurred
 
 
-def _uncertainties(orbits: Orbits, found: Found) -> tuple[float, Array]:
-    """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
-    with suppress(*BREAKDOWNS):
-        return _recomputed(orbits, found)
-    return np.inf, np.full(len(found.point.multipliers), np.inf)
+T = TypeVar("T")
+
+Uncertainties = Generator[Request, Any, T]
+"""A computation that is sent what it requests of points that are computed again."""
 
 
-def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
-    """Uncertainty of the parameter and of the multipliers, from computing all of it again.
+def _uncertainties(orbits: Orbits, found: Found) -> Uncertainties[tuple[float, Array]]:
+    """Find the uncertainty of the parameter and of the multipliers, from computing all of it again.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
     the zero of the test function moves: its change over its slope. What the search left over of
@@ -248,47 +272,47 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
     if isinstance(found, SeveralCritical):  # Newton's method is singular there
         along = found.error + ZERO.close
         moved = along * abs(point.tangent[-1])
-        return moved * orbits.width, along * _multiplier_rates(orbits, point, point.tangent)
+        rates = yield from _multiplier_rates(point, point.tangent)
+        return moved * orbits.width, along * rates
     if other is None:
-        again, rounding = recomputed(orbits, point)
+        again = yield point, None
     else:
-        crossing = _crossing_again(orbits, point)
-        again = None if crossing is None else crossing.point
+        again, blurred = _crossing_again(orbits, point)
     if again is None:
-        return np.inf, np.full(len(point.multipliers), np.inf)
+        return _unknown(point)
+    rounding = again.rounding
     uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     if not np.isfinite(uncertain).all():
-        return np.inf, np.full(len(uncertain), np.inf)
+        return _unknown(point)
     if other is None:
         test = "fold" if found.type == "BP" else found.type
         change = SPREAD * abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
         change = max(change, _blurred(test, point, uncertain))
         along = change / max(abs(found.slope), 1e-300)
         rounding += along * abs(point.tangent[-1])
-        uncertain = uncertain + along * _multiplier_rates(orbits, point, point.tangent)
+        rates = yield from _multiplier_rates(point, point.tangent)
+        uncertain = uncertain + along * rates
     else:
-        assert crossing is not None
-        rounding = crossing.rounding
         for direction in (point.tangent, other):
-            uncertain = uncertain + crossing.blurred * _multiplier_rates(orbits, point, direction)
+            rates = yield from _multiplier_rates(point, direction)
+            uncertain = uncertain + blurred * rates
     # The critical multipliers cannot be known better than they meet the condition.
     places = critical_places(found.type, point.multipliers)
     critical = point.multipliers[places]
     off = np.abs(critical - (-1 if found.type == "PD" else 1))
     off = np.abs(np.abs(critical) - 1) if found.type in PAIRED else off
     uncertain[places] = np.maximum(uncertain[places], off)
-    moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
+    moved = SPREAD * abs(again.value - point.z[-1]) + rounding
     value = orbits.value(point.z)
     largest = max(abs(value), orbits.width)
     return float(moved) * orbits.width + float(np.spacing(largest)), uncertain
 
 
-def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Array:
-    """Return by how much each multiplier changes along a branch, a unit of arclength."""
+def _multiplier_rates(point: OrbitPoint, direction: Array) -> Uncertainties[Array]:
+    """Find by how much each multiplier changes along a branch, a unit of arclength."""
     step, values = BIFURCATION.differenced, point.multipliers
     while True:
-        beside = point.z + step * direction
-        others = orbits.eigenvalues(beside, orbits.linearize(beside))
+        others = yield point, point.z + step * direction
         change = np.abs(match_multipliers(values, others) - values)
         if change.max(initial=0.0) < 0.01 or step < 1e-4 * BIFURCATION.differenced:
             return np.asarray(change / step, dtype=float)
