@@ -12,7 +12,7 @@ from helpers.dry_friction import FORCED_SLIDER
 from slipfold.models.registry import model_named
 from slipfold.results.checks import curves as choice
 from slipfold.results.checks.checked import CHECKS, Check, Checked
-from slipfold.results.checks.curves import Candidate, check_some, check_thresholds
+from slipfold.results.checks.curves import Candidate, check_some, check_thresholds, check_together
 
 GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)
 FAIR = Check("end of branch 1 at Nd = 0.376 N", "collocation", 3.1e-10, 1e-8)
@@ -192,6 +192,17 @@ def test_whoever_interrupts_a_check_has_what_is_done(monkeypatch):
     monkeypatch.setattr(CHECKS, "together", 60)
     found = check_some([Candidate("orbit", orbit, resting=False)] * 3, 1000, counted.append)
     assert (found.count, found.interrupted, counted) == (3, True, [0, 0, 0])
+
+
+def test_cases_that_are_checked_together_keep_their_own_checks(diagram):
+    first, *others = diagram.branches
+    doubling = first.special[0]
+    moved = dataclasses.replace(doubling, nodes=doubling.nodes * (1 + 1e-5))
+    wrong = dataclasses.replace(first, special=(moved, *first.special[1:]))
+    right, off = check_together([diagram.branches, (wrong, *others)])
+    assert [check.name for check in right.checks] == [check.name for check in off.checks]
+    assert [check.agrees for check in right.checks] == [True, True]
+    assert [check.agrees for check in off.checks] == [False, True]
 
 
 def test_an_interrupted_response_is_not_checked():

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
-from slipfold.results.checks.curves import check_branches
+from slipfold.results.checks.curves import check_branches, check_together
 from slipfold.results.diagram import Diagram, finalized
 from slipfold.results.records import provenance
 
@@ -52,6 +52,10 @@ if TYPE_CHECKING:
 
 SIMULTANEOUS = 256
 """Cases that are followed in one batch: of more each takes as long."""
+
+MADE = 16
+"""Cases whose orbits are checked together: of more each takes as long, and an interruption loses
+these."""
 
 
 @documented
@@ -232,7 +236,7 @@ def responses(
     cases = [
         {name: float(column[case]) for name, column in columns.items()} for case in range(total)
     ]
-    batch = dict[int, Callable[[], Diagram | None]]()
+    batch, made = dict[int, _Followed](), dict[int, Diagram]()
 
     def send(stage: str, fraction: float) -> None:
         if on_progress is not None:
@@ -247,7 +251,11 @@ def responses(
         for case, values in enumerate(cases):
             if case % SIMULTANEOUS == 0 and total >= BATCH.minimum_size and not events:
                 batch = _batch(changed, vary, (first, last), cases, case, chosen, send)
-            result = batch.pop(case, lambda: None)() or _one(
+            if case in batch:
+                some = [number for number in range(case, case + MADE) if number in batch]
+                together = {number: batch.pop(number) for number in some}
+                made = _diagrams(together, vary, (first, last), chosen)
+            result = made.pop(case, None) or _one(
                 changed, vary, (first, last), values, settings=chosen, events=events
             )
             if isinstance(result, Diagram) and result.interrupted:
@@ -271,6 +279,14 @@ def responses(
     )
 
 
+class _Followed(NamedTuple):
+    """A case that was followed in a batch, in so many seconds."""
+
+    model: Model
+    followed: BatchedCase
+    seconds: float
+
+
 def _batch(
     model: Model,
     vary: str,
@@ -279,8 +295,8 @@ def _batch(
     start: int,
     settings: Settings,
     send: Callable[[str, float], None],
-) -> dict[int, Callable[[], Diagram | None]]:
-    """Return what makes the diagrams of cases by their numbers, for those that can be batched."""
+) -> dict[int, _Followed]:
+    """Follow cases in a batch, those that can be, by their numbers."""
     from slipfold.bifurcations.branches.batched import follow_batch
 
     if own_events(model, vary):
@@ -299,30 +315,31 @@ def _batch(
         return {}
     each = (perf_counter() - began) / len(models)
     return {
-        case: partial(_diagram, models[case], vary, span, settings, followed, each)
+        case: _Followed(models[case], followed, each)
         for case, followed in zip(models, result, strict=True)
+        if not followed.failure
     }
 
 
-def _diagram(
-    model: Model,
-    vary: str,
-    span: tuple[float, float],
-    settings: Settings,
-    followed: BatchedCase,
-    seconds: float,
-) -> Diagram | None:
-    """Return the diagram of a case that was followed in a batch; None if it was left out."""
-    began = perf_counter()
+def _diagrams(
+    batch: Mapping[int, _Followed], vary: str, span: tuple[float, float], settings: Settings
+) -> dict[int, Diagram]:
+    """Return the diagrams of cases that were followed in a batch, without those that fail."""
+    began, branches = perf_counter(), dict[int, tuple[Branch, ...]]()
+    for case, item in batch.items():
+        with suppress(InputError, *BREAKDOWNS):  # reported when the case itself is computed
+            branches[case] = item.followed.assembled(vary, span[0])
     try:
-        if followed.failure:
-            return None
-        branches = followed.assembled(vary, span[0])
-        checked = check_branches(branches, batched=True)
-    except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
-        return None
-    text = provenance(seconds + perf_counter() - began)
-    return Diagram(model, vary, span, branches, settings, (), text, checked)
+        checked = check_together(list(branches.values()))
+    except (InputError, *BREAKDOWNS):  # likewise
+        return {}
+    each = (perf_counter() - began) / len(batch)
+    diagrams = dict[int, Diagram]()
+    for (case, own), checks in zip(branches.items(), checked, strict=True):
+        text = provenance(batch[case].seconds + each)
+        model = batch[case].model
+        diagrams[case] = Diagram(model, vary, span, own, settings, (), text, checks)
+    return diagrams
 
 
 def _one(

@@ -5,9 +5,10 @@ As many are computed again as a tenth of the work for the result pays for.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import accumulate, chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -50,21 +51,8 @@ class Candidate(NamedTuple):
     resting: bool
 
 
-def check_branches(
-    branches: Sequence[Branch], observer: Observer | None = None, *, batched: bool = False
-) -> Checked:
-    """Check special points, the first one of each branch first, then ends.
-
-    `batched` says that the branches were followed with those of other cases, for less work.
-    """
-    special = (_special(branch, point) for branch, point in _ranked(branches))
-    # The first point is left out where it is the special point from which the branch emanates.
-    ends = (
-        _end(branch, index, word)
-        for branch in branches
-        for index, word in (ENDS if len(branch) else ())
-        if index == -1 or (branch.started.kind != "bifurcation" and len(branch) > 1)
-    )
+def check_branches(branches: Sequence[Branch], observer: Observer | None = None) -> Checked:
+    """Check special points, the first one of each branch first, then ends."""
 
     def progress(done: int) -> Progress:
         last = branches[-1]
@@ -73,8 +61,26 @@ def check_branches(
         note = branch_progress(last.model.parameter(last.vary), *at, names, "checks", done)
         return replace(note, values={**note.values, "branches": branches})
 
-    work = CHECKS.batched if batched else 1.0
-    return _check_curves(branches, chain(special, ends), progress, observer, work)
+    return _check_curves(branches, _on_branches(branches), progress, observer)
+
+
+def check_together(cases: Sequence[Sequence[Branch]]) -> list[Checked]:
+    """Check the branches of many cases that were followed together, which is less work for each."""
+    each = [_Checks() for _ in cases]
+    for branches, checks in zip(cases, each, strict=True):
+        _choose(_on_branches(branches), CHECKS.batched * _points(branches), checks)
+    _compare(each)
+    return [Checked(tuple(checks.done)) for checks in each]
+
+
+def _on_branches(branches: Sequence[Branch]) -> Iterator[Candidate]:
+    for branch, point in _ranked(branches):
+        yield _special(branch, point)
+    for branch in branches:
+        for index, word in ENDS if len(branch) else ():
+            # The first point is left out where it is the one from which the branch emanates.
+            if index == -1 or (branch.started.kind != "bifurcation" and len(branch) > 1):
+                yield _end(branch, index, word)
 
 
 def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Checked:
@@ -106,9 +112,8 @@ def _check_curves(
     candidates: Iterable[Candidate],
     progress: Callable[[int], Progress],
     observer: Observer | None,
-    work: float = 1.0,
 ) -> Checked:
-    """Check orbits of curves whose points took some work each; none if one is interrupted."""
+    """Check orbits of curves; none if one is interrupted."""
     if any(curve.interrupted for curve in curves):
         return Checked((), interrupted=True)
 
@@ -116,8 +121,12 @@ def _check_curves(
         if observer is not None:
             observer(progress(done))
 
-    points = work * sum(len(curve) * curve.period for curve in curves)
-    return check_some(candidates, points, report)
+    return check_some(candidates, _points(curves), report)
+
+
+def _points(curves: Sequence[OrbitSeries]) -> float:
+    """Return the work for curves, in points of period 1."""
+    return float(sum(len(curve) * curve.period for curve in curves))
 
 
 def check_thresholds(found: GridThresholds) -> Checked:
@@ -143,14 +152,10 @@ def check_some(
     The first is checked in any case; if it is too expensive, only its states are. An interruption
     returns what is done.
     """
-    left, checks = CHECKS.fraction * points, _Checks()
+    checks = _Checks()
     try:
         try:
-            for candidate in candidates:
-                if left < CHECKS.equilibrium and checks.count:
-                    break
-                on_progress(len(checks.done))
-                left -= _check(candidate, left, checks)
+            _choose(candidates, points, checks, on_progress)
         finally:
             checks.compare()
     except KeyboardInterrupt:
@@ -158,17 +163,32 @@ def check_some(
     return Checked(tuple(checks.done))
 
 
+def _choose(
+    candidates: Iterable[Candidate],
+    points: float,
+    checks: _Checks,
+    on_progress: Callable[[int], None] = lambda done: None,
+) -> None:
+    """Check orbits in their order, or let them wait, as long as the work allows it."""
+    left = CHECKS.fraction * points
+    for candidate in candidates:
+        if left < CHECKS.equilibrium and checks.count:
+            break
+        on_progress(len(checks.done))
+        left -= _check(candidate, left, checks)
+
+
 class _Checks:
     """Checks of a result in their order; those by collocation are done many at a time."""
 
     def __init__(self) -> None:
         self.done: list[Check] = []
-        self._waiting: list[tuple[Candidate, int]] = []
+        self.waiting: list[tuple[Candidate, int]] = []
 
     @property
     def count(self) -> int:
         """Number of checks, done or waiting."""
-        return len(self.done) + len(self._waiting)
+        return len(self.done) + len(self.waiting)
 
     def add(self, candidate: Candidate, method: str, found: Difference) -> None:
         """Record a comparison."""
@@ -177,24 +197,29 @@ class _Checks:
 
     def compare_later(self, candidate: Candidate, pieces: int) -> None:
         """Compare an orbit with collocation, together with those that follow."""
-        self._waiting.append((candidate, pieces))
-        if sum(count for _, count in self._waiting) >= CHECKS.together:
+        self.waiting.append((candidate, pieces))
+        if sum(count for _, count in self.waiting) >= CHECKS.together:
             self.compare()
 
     def compare(self) -> None:
         """Compare the orbits that wait with collocation."""
-        waiting, self._waiting = self._waiting, []
-        if not waiting:
-            return
-        orbits, pieces = zip(*((item.orbit, count) for item, count in waiting), strict=True)
-        try:
-            with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
-                differences = orbit_differences(orbits, pieces)
-        except KeyboardInterrupt:
-            self._waiting = waiting  # they are still compared in the end
-            raise
-        for (candidate, _), found in zip(waiting, differences, strict=True):
-            self.done.append(_named(candidate, "collocation", found))
+        _compare([self])
+
+
+def _compare(each: Sequence[_Checks]) -> None:
+    """Compare the orbits that wait with collocation, those of several results together."""
+    waiting = [(checks, *item) for checks in each for item in checks.waiting]
+    while waiting:
+        ahead = list(accumulate(count for *_, count in waiting))
+        some = waiting[: bisect_left(ahead, CHECKS.together) + 1]
+        with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
+            # Whoever interrupts it finds them still waiting.
+            orbits = [candidate.orbit for _, candidate, _ in some]
+            differences = orbit_differences(orbits, [count for *_, count in some])
+        for (checks, candidate, _), found in zip(some, differences, strict=True):
+            checks.done.append(_named(candidate, "collocation", found))
+            checks.waiting.pop(0)
+        del waiting[: len(some)]
 
 
 def _named(candidate: Candidate, method: str, found: Difference) -> Check:
@@ -222,8 +247,11 @@ def _check(candidate: Candidate, left: float, checks: _Checks) -> float:
                 checks.add(candidate, "other steps", switched_difference(orbit))
                 return CHECKS.switched
             resting = candidate.resting and rests(orbit.model, orbit.nodes)
-            pieces = 0 if resting else pieces_of(orbit)
             each = CHECKS.piece * (1 + len(orbit.state) / 20)
+            least = CHECKS.base + each * CHECKS.pieces * orbit.period
+            if not (first or candidate.resting) and left < min(least, CHECKS.balanced):
+                return 0.0
+            pieces = 0 if resting else pieces_of(orbit)
             cost = (
                 CHECKS.equilibrium if resting else CHECKS.base + each * pieces if pieces else np.inf
             )
