@@ -232,7 +232,9 @@ class Front:
         beyond = self._directions * (z[:, self._components] - self._walls) > tolerance
         for i in beyond.any(axis=1).nonzero()[0].tolist() if beyond.any() else ():
             walls = beyond[i].nonzero()[0].tolist()
-            reached = [self._arclength_at(int(rows[i]), wall, target[i])[0] for wall in walls]
+            reached = [0.0]  # of one alone it does not matter
+            if len(walls) > 1:
+                reached = [self._arclength_at(int(rows[i]), wall, target[i])[0] for wall in walls]
             first[i] = min(zip(reached, walls, strict=True))[1]
         return first
 

@@ -292,7 +292,7 @@ class OrbitBatch:
             z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k)
         )
         going = np.arange(k)
-        errors = [EXPLICIT.tolerance, NEARLY] if self.steps is not None else []
+        errors = [EXPLICIT.tolerance, NEARLY, NEARLY] if self.steps is not None else []
         for error in (errors + [EXACTLY] * ITERATIONS)[:ITERATIONS]:
             part = self.linearize(some[going], found.z[going], error)
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))

@@ -23,6 +23,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.discretization import Discretization
 from slipfold.orbits.linearization import MANY, NO_CONDITIONS, Conditions, Linearization, defect_of
 from slipfold.orbits.multipliers import Multipliers
+from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import (
     Degeneracy,
@@ -458,7 +459,10 @@ class Orbits(OrbitCurve):
 
     def evenly(self, z: Array, count: int = 0) -> Array:
         """Return the states at equidistant phases, shape (M, n): those at the nodes, or more."""
-        return self.by.evenly(self.nodes(z), self.constants(z), count)
+        nodes = self.nodes(z)
+        if type(self.by) is Shooting and count <= len(nodes):  # they are the nodes themselves
+            return nodes
+        return self.by.evenly(nodes, self.constants(z), count)
 
     def stuck_fraction(self, z: Array) -> float:
         """Return the fraction of the period in which a contact sticks, NaN if none may."""
