@@ -26,7 +26,7 @@ from slipfold.bifurcations.branches.stops import (
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
-from slipfold.continuation.newton import SINGULAR
+from slipfold.continuation.newton import NEWTON, SINGULAR
 from slipfold.continuation.pieces import PIECE
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import STEP
@@ -99,8 +99,8 @@ class BranchEndings(Endings[OrbitPoint]):
         critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
         if kind == "failed" and critical > 1 and len(traced.points) == 1:
             reason = SEVERAL
-        elif kind == "failed" and critical > 1 and _is_undamped(orbits, last):
-            reason = UNDAMPED.format(critical, reason)
+        elif kind == "failed":
+            reason = _family(orbits, last, reason) or reason
         if kind == "failed" and neared:
             kind, reason = neared[0], f"{neared[1]} (no cycle was found any nearer to it)"
         elif neared:
@@ -125,7 +125,7 @@ class BranchEndings(Endings[OrbitPoint]):
             on_edge = _end_on_edge(traced.curve, traced, self.span, self.settings)
         except BREAKDOWNS:
             return False
-        if on_edge is None:
+        if on_edge is None or _family(traced.curve, on_edge[0][-1], ""):
             return False
         traced.points, result = on_edge
         sure = traced.points[-2].arclength
@@ -145,17 +145,19 @@ def _is_line(traced: TracedCurve[OrbitPoint]) -> bool:
     return still and in_family(traced.points)
 
 
-def _is_undamped(orbits: Orbits, last: OrbitPoint) -> bool:
-    """Whether an orbit may move in all directions in which its multipliers are one.
+def _family(orbits: Orbits, last: OrbitPoint, why: str) -> str:
+    """Say that an orbit may move in all directions in which its multipliers are one, if it may.
 
     Slow decays come as near to one, but lose volume; at a fold without damping two multipliers
     are one, but the orbit may move in one direction only.
     """
     critical = last.multipliers[np.abs(last.multipliers - 1) < ALIKE]
-    if orbits.kind == "equilibrium" or abs(np.abs(np.prod(critical)) - 1) > CONSERVED:
-        return False
+    conserved = abs(np.abs(np.prod(critical)) - 1) <= CONSERVED
+    if len(critical) < 2 or orbits.kind == "equilibrium" or not conserved:
+        return ""
     moves = np.linalg.svd(last.monodromy - np.eye(len(last.monodromy)), compute_uv=False)
-    return int(np.count_nonzero(moves < ALIKE)) >= len(critical)
+    free = int(np.count_nonzero(moves < ALIKE)) >= len(critical)
+    return UNDAMPED.format(len(critical), why) if free else ""
 
 
 def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
@@ -246,9 +248,15 @@ def _end_on_edge(
         return abs(float(point.z[-1]) - edge)
 
     close = len(list(takewhile(lambda point: away(point) < BIFURCATION.clear, reversed(points))))
-    kept = points[: len(points) - close]
+    kept = list(points[: len(points) - close])
     if away(points[-1]) > BIFURCATION.near_edge or not kept:
         return None
+    for i in range(-1, -1 - min(NEWTON.known, len(kept)), -1):
+        if kept[i].curve is not orbits:  # the mesh has been renewed since
+            again = orbits.converted(kept[i])
+            if again is None:
+                return None
+            kept[i] = again
     before = kept[-1]
     step = min(
         2 * away(before) / max(abs(before.tangent[-1]), STEP.edge),
