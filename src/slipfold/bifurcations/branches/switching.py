@@ -138,15 +138,15 @@ def branches_around(
     for number, direction in enumerate(_directions(found.count)):
         if number % BIFURCATION.sphere == 0 and min(times, default=0) >= BIFURCATION.times:
             break
-        item = _beside(orbits, point, direction @ space, space)
-        if item is None:
-            continue
-        same = [bool(np.linalg.norm(item.z - other.z) <= ALIKE) for other in points]
-        if any(same):
-            times[same.index(True)] += 1
-        else:
-            points.append(item)
-            times.append(1)
+        rows = [direction @ space]
+        while rows and (item := _beside(orbits, point, rows.pop(), space)) is not None:
+            same = [bool(np.linalg.norm(item.z - other.z) <= ALIKE) for other in points]
+            if any(same):
+                times[same.index(True)] += 1
+            else:
+                points.append(item)
+                times.append(1)
+                rows.append((point.z - item.z) @ space.T @ space)  # the branch goes on there
     distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
     for item in points:
         spectra = dict(_spectra(orbits, point, item))
