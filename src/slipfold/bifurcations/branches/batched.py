@@ -67,11 +67,8 @@ class BatchedCase:
         """Special points of each branch, with normal forms and uncertainties."""
         return [tuple(map(self.described.__getitem__, item.found)) for item in self.branches]
 
-    def assembled(
-        self, vary: str, first: float, described_by: Callable[[Found], SpecialPoint] | None = None
-    ) -> tuple[Branch, ...]:
+    def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
         """Return the branches as data, from the first value of the span."""
-        described_by = described_by or self.described.__getitem__
         curves, leads = list[FollowedCurve[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
         for number, item in enumerate(self.branches, 1):
             start = curve_set.Start(
@@ -85,7 +82,8 @@ class BatchedCase:
             curves.append(FollowedCurve(number, start, traced, None))
             if item.origin is not None:
                 leads.setdefault(item.origin, []).append(number)
-        return assemble(curves, leads, span_begin(vary, first), described_by=described_by)
+        known = self.described.__getitem__
+        return assemble(curves, leads, span_begin(vary, first), described_by=known)
 
 
 def follow_batch(

@@ -107,13 +107,11 @@ def _moved(
 ) -> tuple[Branch, ...] | None:
     """Return the branches at the model's parameter values, None where they may differ."""
     vary, width = known[0].vary, abs(span[1] - span[0])
-    scales = known[0].model.estimated_scales
-    model = model.replace(**{vary: span[0]}).with_scales(scales)
+    model = model.replace(**{vary: span[0]}).with_scales(known[0].model.estimated_scales)
     orbits = forced_orbits(model, vary, width, SETTINGS)
     if not isinstance(orbits.by, Shooting) or orbits.segments != known[0].nodes.shape[1]:
         return None
-    both = np.array([[orbits.by.sizes, orbits.scales]])
-    batch, case = OrbitBatch(model, model.vector[None], both, (vary, width)), BatchedCase(model)
+    batch, case = OrbitBatch.of_branches([orbits]), BatchedCase(model)
     pairs = [(known[0], BatchedBranch(0, orbits, []))]
     while pairs:
         lines = [_Line(batch, *pair) for pair in pairs]
@@ -139,7 +137,10 @@ def _moved(
     if len(case.branches) < len(known):
         return None
     # Uncertainties take as long as normal forms; they are computed once the branch is followed.
-    moved = case.assembled(vary, span[0], lambda item: with_normal_forms([item], [bare(item)])[0])
+    results = [found for branch in case.branches for found in branch.found]
+    described = with_normal_forms(results, [*map(bare, results)])
+    case.described = dict(zip(results, described, strict=True))
+    moved = case.assembled(vary, span[0])
     return moved if all(map(_leads_alike, known, moved)) else None
 
 
