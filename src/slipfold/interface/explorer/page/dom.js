@@ -81,6 +81,22 @@ export class Choice {
   }
 }
 
+/**
+ * What calls an action once after the next frame, however often it is called itself. In a frame the
+ * browser lays out the page; what asks for sizes before makes it do so twice.
+ */
+export function afterFrame(action) {
+  let isDue = false;
+  return () => {
+    if (isDue) return;
+    isDue = true;
+    requestAnimationFrame(() => setTimeout(() => {
+      isDue = false;
+      action();
+    }));
+  };
+}
+
 /** What moves the focus within a list or toolbar: by how many, or to which end. */
 const MOVES = { ArrowRight: 1, ArrowLeft: -1, ArrowDown: 1, ArrowUp: -1 };
 
@@ -106,7 +122,7 @@ export function roving(node) {
     all[next].focus();
     event.preventDefault();
   });
-  new MutationObserver(restore).observe(node, { childList: true, subtree: true, attributeFilter: ["disabled", "hidden"] });
+  new MutationObserver(afterFrame(restore)).observe(node, { childList: true, subtree: true, attributeFilter: ["disabled", "hidden"] });
   new ResizeObserver(restore).observe(node);
   return node;
 }

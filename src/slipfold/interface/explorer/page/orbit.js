@@ -1,6 +1,6 @@
 /** One orbit in all its pictures, at one moment. */
 
-import { element } from "./dom.js";
+import { afterFrame, element } from "./dom.js";
 import { Cursor, Player } from "./player.js";
 import { axisTitle, display, formatted, modeOf, modeText, withUnit } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
@@ -235,21 +235,38 @@ export class OrbitPanel {
   #stage = element("div", { class: "stage" });
   #grid = element("div", { class: "smalls", tabindex: "0", role: "group", "aria-label": "Pictures of the orbit" }, ...this.#plots.map(({ plot }) => plot.node));
   #player = new Player(this.cursor);
+  /** What arrived last, and whether it is still to be shown. */
+  #arrived = null;
+  #isDue = false;
+  #takeSoon = afterFrame(() => this.#take());
 
   constructor(session) {
     this.#session = session;
     this.node = element("div", { class: "orbit former" },
       element("div", { class: "stage-column" }, this.#stage, this.#player.node), this.#grid);
     this.cursor.moved.subscribe((phase) => this.#point(phase));
-    session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
+    session.orbitArrived.subscribe((arrived) => {
+      this.#arrived = arrived;
+      this.#isDue = true;
+      // While a slider moves the curve comes first.
+      if (session.store.isLive) this.#takeSoon();
+      else this.#take();
+    });
     session.orbitAwaited.subscribe(() => this.shown || this.#none());
     session.failed.subscribe(({ kind, sentence }) => {
       if (kind === "orbit" && sentence && !this.shown) this.title.textContent = `There is no orbit: ${sentence}`;
     });
     this.#none();
-    for (const signal of [session.orbitAwaited, session.orbitArrived, session.failed]) {
+    for (const signal of [session.orbitAwaited, session.failed]) {
       signal.subscribe(() => this.#markBusy());
     }
+  }
+
+  #take() {
+    if (this.#arrived) this.#show(this.#arrived);
+    else this.#none();
+    this.#isDue = false;
+    this.#markBusy();
   }
 
   /** The orbit shown: the server's answer, the view it belongs to and its request. */
@@ -298,7 +315,7 @@ export class OrbitPanel {
 
   /** Mark the panel as busy while its orbit is computed. */
   #markBusy() {
-    this.node.setAttribute("aria-busy", String(this.#session.requests.isBusy("orbit")));
+    this.node.setAttribute("aria-busy", String(this.#isDue || this.#session.requests.isBusy("orbit")));
   }
 
   #none() {

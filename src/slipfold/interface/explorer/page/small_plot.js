@@ -50,6 +50,7 @@ export class SmallPlot {
   #picture = null;
   #cursor = {};
   #map = null;
+  #size = [0, 0];
 
   /**
    * @param {{isEqual?: boolean, onPoint?: (x: number) => void}} [how] isEqual: a unit is as long
@@ -63,7 +64,10 @@ export class SmallPlot {
       this.#axes, svg("g", { "clip-path": `url(#clip-${id})` }, this.#ink, this.#cursors), this.#notes);
     this.node = element("figure", { class: "small", id: `plot-${id}` },
       element("figcaption", {}, element("span", {}, title), this.#legend), this.#svg);
-    new ResizeObserver(() => this.#redraw()).observe(this.#svg);
+    new ResizeObserver(() => {
+      this.#measure();
+      this.#redraw();
+    }).observe(this.#svg);
     if (onPoint) {
       this.#svg.classList.add("pointable");
       const report = (event) => this.#map && onPoint(this.#map.dataX(event.offsetX));
@@ -111,9 +115,14 @@ export class SmallPlot {
     }));
   }
 
+  /** Ask for the size where it has changed: while a slider moves the browser would lay out the page for it. */
+  #measure() {
+    this.#size = [this.#svg.clientWidth, this.#svg.clientHeight];
+  }
+
   #redraw() {
-    const width = this.#svg.clientWidth;
-    const height = this.#svg.clientHeight;
+    if (!this.#size[0]) this.#measure(); // it was hidden
+    const [width, height] = this.#size;
     if (!this.#picture || width < 80) return;
     this.#svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.#map = mapOf(this.#picture, width, height, this.#isEqual);
