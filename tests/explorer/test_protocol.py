@@ -165,15 +165,18 @@ def test_a_motion_starts_beside_an_orbit_where_it_is_nudged(client):
     assert last["sections"]["max"]["x"] == pytest.approx([x.max()])
 
 
+PLANE = {
+    "kind": "plane",
+    "id": 6,
+    "model": "sliding",
+    "x": {"name": "f", "span": [12.46, 12.54]},
+    "y": {"name": "Nd", "span": [0, 0.05]},
+}
+
+
 def test_a_plane_tells_its_progress_and_has_the_loci(client):
-    request = {
-        "kind": "plane",
-        "id": 6,
-        "model": "sliding",
-        "x": {"name": "f", "span": [12.46, 12.54]},
-        "y": {"name": "Nd", "span": [0, 0.05]},
-    }
-    *progress, plane = ask_all(client, request)
+    *progress, plane = ask_all(client, PLANE)
+    assert plane["unfinished"] is None
     assert all(set(item) >= {"progress", "done"} for item in progress)
     # Loci come while they are followed, and all of them before the regions.
     [followed] = [item["loci"] for item in progress if "loci" in item]
@@ -357,3 +360,7 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
     *_, last = told_of(Catalogue())
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")
+    monkeypatch.setattr(PAGE, "loci", 0.0)
+    *_, plane = answers_to(PLANE)
+    assert (plane["done"], plane["regions"]) == (True, None)
+    assert "takes long" in plane["unfinished"]

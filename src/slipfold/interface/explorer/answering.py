@@ -135,7 +135,7 @@ class Answering:
         if isinstance(request, OrbitRequest):
             send(orbit_view(self._orbit(request, check), request.vary))
         elif isinstance(request, PlaneRequest):
-            send(plane_view(self._plane(request, check, PlaneProgress(send))))
+            send(plane_view(self._plane(request, check, PlaneProgress(send, request.seconds))))
         else:
             request = cast(DiagramRequest, request)
             show, statistic = request.show, request.statistic

@@ -34,6 +34,8 @@ from slipfold.results.study import StudyResult
 from slipfold.studies.plan import Grid
 from slipfold.text import certain, listed, place_text
 
+LONG = "not followed farther here, since it takes long; the copied Python does"
+
 
 def checked_view(checked: Checked | None) -> dict[str, Any] | None:
     """Return what was checked as plain data: a sentence, and whether all agree."""
@@ -128,11 +130,9 @@ def _sentence(point: SpecialPoint) -> str:
 
 def _end(end: End, span: tuple[float, float], branch: Branch | None) -> dict[str, Any]:
     """Return an end as plain data; of a last one also what lies beyond."""
-    takes_long = "not followed farther here, since it takes long; the copied Python does"
-    interrupted = end.kind == "interrupted"
     return {
         "kind": end.kind,
-        "reason": takes_long if interrupted else without_options(end.reason),
+        "reason": LONG if end.kind == "interrupted" else without_options(end.reason),
         "value": number(certain(end.value, ROUNDING * max(map(abs, span)))),
         "beyond": _beyond(branch) if branch is not None and end.kind == "failed" else None,
     }
@@ -208,6 +208,7 @@ def plane_view(result: LocusDiagram) -> dict[str, Any]:
         "loci": loci_view(result.loci),
         "checked": checked_view(result.checked),
         "regions": None if result.regions is None else _regions(result.regions),
+        "unfinished": LONG if result.interrupted else None,
     }
 
 
@@ -292,17 +293,22 @@ class PlaneProgress:
     """The progress of a bifurcation set, sent now and then; an observer of its computation.
 
     `send` takes each note: ``progress``, a sentence; ``lines``, those extended, each with
-    all its points so far, by ``number``; and ``loci`` once all are followed.
+    all its points so far, by ``number``; and ``loci`` once all are followed. A set that takes
+    long ends where it is, on a busy machine before the request, after `seconds`, is given up.
     """
 
-    def __init__(self, send: Emit) -> None:
+    def __init__(self, send: Emit, seconds: float) -> None:
         self._send = send
         self._sent = perf_counter()
+        self._end, self._latest = process_time() + PAGE.loci, self._sent + seconds / 2
         self._grown: dict[LocusLine, list[tuple[float, float]]] = {}
         self._last: LocusLine | None = None
 
     def __call__(self, progress: Progress) -> None:
         """Take a note of the computation."""
+        late = process_time() > self._end or perf_counter() > self._latest
+        if late and progress.stage in ("responses", "loci", "regions"):
+            raise KeyboardInterrupt
         self._grow(progress)
         followed = progress.values.get("loci")
         if perf_counter() - self._sent < PAGE.interval and not followed:

@@ -20,6 +20,7 @@ class PAGE:
     # Seconds of a processor for branches beyond those of the response, which are seen meanwhile
     filling: float = 5.0
     following: float = 20.0  # seconds of a processor for the branches of the response
+    loci: float = 60.0  # seconds of a processor for a bifurcation set, drawn as it grows
     diagrams: int = 16  # diagrams stored, each below a megabyte
     solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states
     # Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six

@@ -3,7 +3,7 @@
 import { Choice, button, element, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { lineStyle, nameOf, regimeKeys, regionColor } from "./plane_plot.js";
-import { display, withUnit } from "./quantities.js";
+import { asSentence, display, withUnit } from "./quantities.js";
 import { Signal } from "./store.js";
 import { colors } from "./theme.js";
 import { inside, planeRequest, spanOf, withVaried } from "./view.js";
@@ -297,7 +297,7 @@ export class PlaneControls {
   #changed({ answer, progress, stale, loci, lines = [] }) {
     if (answer || loci || lines.length > 0) this.#drawn = "part";
     else if (stale && !progress && !this.#session.store.isLive && this.#drawn === "part") this.#drawn = "others";
-    if (answer) this.#idle("");
+    if (answer) this.#idle(asSentence(answer.unfinished ?? ""), true);
     else if (progress) this.#working(progress);
     else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
   }
@@ -319,10 +319,10 @@ export class PlaneControls {
     this.#again.hidden = true;
   }
 
-  #idle(text) {
+  #idle(text, isAll = false) {
     this.#words.textContent = text;
     this.#stop.hidden = true;
-    this.#again.hidden = text === "";
+    this.#again.hidden = isAll;
   }
 
   #cancel() {
