@@ -113,17 +113,20 @@ def test_workers_that_cannot_start_are_not_started_for_ever():
     assert "no worker process can be started" in sentence
 
 
-def test_an_orbit_waits_for_the_worker_that_follows_its_diagram():
+def test_a_request_waits_for_the_worker_that_knows_its_branches_unless_that_takes_long():
     orbit = {"kind": "orbit", "id": 1, **BASE, "at": {"branch": 1, "arclength": 0.1}}
-    workers, free = Workers(None, 2, ServerLimits()), SimpleNamespace(idle=True, job=None)
-    taken = {
-        kind: SimpleNamespace(idle=False, dropping=False, job=made(request))
-        for kind, request in (("diagram", diagram()), ("exponents", EXPONENTS))
-    }
-    for kind, chosen in (("diagram", None), ("exponents", free)):
-        workers._workers = [taken[kind], free]
-        assert workers._choose(made(orbit)) is chosen
-        assert workers._choose(made(diagram())) is free
+    friction = {"kind": "friction", "id": 1, "model": "sliding"}
+    workers = Workers(None, 2, ServerLimits())
+    home, free = (SimpleNamespace(idle=True, ready=True, job=None) for _ in range(2))
+    rows = (diagram(), [orbit]), (orbit, [diagram(), orbit]), (friction, [diagram(), orbit])
+    for now, waiting in (*rows, (EXPONENTS, [])):
+        busy = SimpleNamespace(idle=False, ready=True, dropping=False, job=made(now))
+        workers._workers = [busy, free]
+        for asked in (diagram(), orbit):
+            assert workers._choose(made(asked)) is (None if asked in waiting else free)
+    workers._workers = [home, free]
+    assert workers._choose(made(friction)) is free
+    assert workers._choose(made(diagram())) is home
 
 
 def made(request, place=1):

@@ -45,5 +45,7 @@ class PAGE:
     warming: float = 5.0  # seconds after which the first diagram is not waited for
     # Later jobs that may go before one of the next rank, so that no job waits forever
     overtaken: int = 40
+    # Seconds that a quick job waits for a worker before one more is started: that takes a second
+    patience: float = 0.3
     # Seconds that a worker has to drop what has taken too long, before it is ended
     grace: float = 2.0

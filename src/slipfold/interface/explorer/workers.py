@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
+from time import perf_counter
 from typing import Any, NamedTuple
 
 from slipfold.errors import InputError
@@ -161,6 +162,7 @@ class Job:
     fail: Callable[..., None]
     number: int = 0
     position: int = 0
+    since: float = 0.0  # time at which it was submitted
     cancelled: bool = False
 
     @property
@@ -326,7 +328,10 @@ class Workers:
             job.fail(NONE_STARTS)
             return
         self._pending.append(job)
+        job.since = perf_counter()
         self._dispatch()
+        if job.is_quick and job in self._pending:
+            asyncio.get_running_loop().call_later(1.1 * PAGE.patience, self._dispatch)
 
     def cancel(self, job: Job) -> None:
         """End a job without any further reply."""
@@ -351,21 +356,24 @@ class Workers:
         home = self._workers[job.home % self._count]
         if job.is_quick and all(worker.ready for worker in self._workers):
             idle = [worker for worker in self._workers if worker.idle]
-            if not idle and self._extra and len(self._workers) == self._count:
+            idle.sort(key=lambda worker: worker is home)  # for what it alone knows
+            late = not idle and perf_counter() - job.since > PAGE.patience
+            if late and self._extra and len(self._workers) == self._count:
                 self._workers.append(self._started(self._count))
             return idle[0] if idle else None
         idle = [worker for worker in self._workers[: self._count] if worker.idle]
         if job.request.slow:
             # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
             others = [worker for worker in idle if worker is not home]
-            slow = sum(
-                worker.job is not None and worker.job.request.slow for worker in self._workers
-            )
+            slow = sum(bool(item.job and item.job.request.slow) for item in self._workers)
             if self._count > 1:
                 return others[0] if others and slow < self._count - 1 else None
-        # This worker knows the branches of the orbit; another would have to follow them.
-        follows = home.job is not None and isinstance(home.job.request, DiagramRequest)
-        if home.idle or home.dropping or (follows and isinstance(job.request, OrbitRequest)):
+        # Others would have to follow the branches of an orbit, and those beside a diagram's.
+        own, now = isinstance(job.request, OrbitRequest), home.job
+        known = own or isinstance(job.request, DiagramRequest)
+        soon = OrbitRequest | DiagramRequest if own else OrbitRequest
+        waits = known and now is not None and (now.is_quick or isinstance(now.request, soon))
+        if home.idle or home.dropping or waits:
             return home if home.idle else None
         return idle[0] if idle else None
 
