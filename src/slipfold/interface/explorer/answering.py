@@ -88,15 +88,16 @@ class Answering:
         self._planes: OrderedDict[Hashable, LocusDiagram] = OrderedDict()
         self._solutions = KeptTrajectories()
 
-    def warm_up(self) -> None:
+    def warm_up(self, is_wanted: Callable[[], bool]) -> None:
         """Compile or load the flows of the first model, so that the first request does not wait.
 
-        A diagram that takes long is left as it is: by then its flows are compiled.
+        A diagram that takes long, or longer than until a request is there, is left as it is: by
+        then its flows are compiled.
         """
         started = perf_counter()
 
         def check() -> None:
-            if perf_counter() - started > PAGE.warming:
+            if is_wanted() or perf_counter() - started > PAGE.warming:
                 raise _Warm
 
         described = self._catalogue.describe()[0]

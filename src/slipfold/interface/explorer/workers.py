@@ -36,6 +36,9 @@ from slipfold.models.model import Model
 READY = 0
 """Number of the reply that says that the worker is ready."""
 
+WANTED = -1
+"""Number in place of a job's that asks a worker which is not ready to be so soon."""
+
 
 class WorkerTask(NamedTuple):
     """What a worker is given."""
@@ -64,7 +67,7 @@ def run_worker(
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
     _bound_memory()
     answering = Answering(Catalogue(given, file))
-    _warm_up(answering)
+    _warm_up(answering, lambda: current.value == WANTED)
     connection.send(Reply(READY, b""))
     while True:
         try:
@@ -79,10 +82,10 @@ def run_worker(
             return
 
 
-def _warm_up(answering: Answering) -> None:
+def _warm_up(answering: Answering, is_wanted: Callable[[], bool]) -> None:
     """Prepare for the first request; what fails here will fail there, and is said to who asks."""
     try:
-        answering.warm_up()
+        answering.warm_up(is_wanted)
     except Exception:
         logging.getLogger("slipfold.interface.explorer").exception(
             "the first view cannot be computed"
@@ -350,6 +353,9 @@ class Workers:
             if worker is not None:
                 self._pending.remove(job)
                 self._hand_over(job, worker)
+        for worker in self._workers if self._pending else ():
+            if not worker.ready:
+                worker.current.value = WANTED
 
     def _choose(self, job: Job) -> WorkerProcess | None:
         """Return a free worker for a job: that of its client, or any that is not."""
