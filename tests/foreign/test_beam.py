@@ -9,7 +9,7 @@ from tests.helpers.beams import free_beam
 import slipfold as sf
 from slipfold.bifurcations.branches.start import measured_over
 from slipfold.flow.flow import flow_of
-from slipfold.flow.scales import linear_response
+from slipfold.flow.linear_response import linear_response
 from slipfold.models.equilibria import damped_newton
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.3, 0.02, 0.002, 210e9, 7850.0
@@ -150,7 +150,7 @@ def test_where_stiff_structures_rest_is_found_to_the_digits_there_are():
     push = np.zeros(2 * n)
     push[n:] = np.linalg.solve(mass, np.eye(n)[-2])
 
-    def linear(states):
+    def linear(states, _):
         return states @ jacobian.T + push, np.tile(jacobian, (len(states), 1, 1))
 
     (found,) = damped_newton(linear, np.zeros((1, 2 * n)), np.full(2 * n, 1e-3))

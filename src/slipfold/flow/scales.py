@@ -16,9 +16,10 @@ from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of
 from slipfold.flow.intervals import Field, LinearPart
+from slipfold.flow.linear_response import PHASES, linear_response, mean_states
 from slipfold.flow.modal_equations import modes_serve
 from slipfold.flow.modes import Status, contacts_of
-from slipfold.models.equilibria import damped_newton, search_equilibrium
+from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
 
 
@@ -144,57 +145,6 @@ def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
     return np.asarray(np.linalg.inv(np.eye(len(jacobian)) - jacobian / rate))
 
 
-PHASES = np.arange(32) / 32
-"""Phases that average the forcing: exact for up to 31 harmonics."""
-
-
-def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) -> Array:
-    """Return the equilibrium under the forcing's mean, shape (n_states,).
-
-    Shapes: scales, start (n_states,).
-    """
-    averaged = PHASES if flow.equations.forced else PHASES[:1]
-    n, count = flow.dimension, len(averaged)
-
-    def linear(states: Array) -> tuple[Array, Array]:
-        at, phases = np.repeat(states, count, axis=0), np.tile(averaged, len(states))
-        rates, jacobians = (of(at, phases, constants) for of in (flow.rates, flow.jacobians))
-        rates, jacobians = rates.reshape(-1, count, n), jacobians.reshape(-1, count, n, n)
-        return rates.mean(axis=1), jacobians.mean(axis=1)
-
-    result = np.full(n, np.nan)
-    for nearby in (0.0, 1e-3):  # the state of rest may be singular
-        if np.isnan(result).any():
-            result = damped_newton(linear, (start + nearby * scales)[None], scales)[0]
-    return result
-
-
-def linear_response(
-    flow: Flow, constants: Constants, scales: Array, segments: int, start: Array
-) -> Array:
-    """Return the steady linear response about the mean state at equidistant phases.
-
-    Shapes: scales, start (n_states,); returns (m, n_states).
-    """
-    n = flow.dimension
-    center = mean_state(flow, constants, scales, start)
-    states = np.tile(center, (len(PHASES), 1))
-    forcing = np.fft.fft(flow.rates(states, PHASES, constants), axis=0) / len(PHASES)
-    jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
-    nodes, phases = np.tile(center, (segments, 1)), np.arange(segments) / segments
-    forced = np.abs(forcing / scales).max(axis=1)
-    for harmonic in 1 + np.flatnonzero(forced[1:9] > np.finfo(float).eps * forced.max()):
-        stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
-        if np.isfinite(stiffness).all():
-            # Rows are normalized: else slow modes would be rounding errors of fast ones.
-            sizes = np.abs(stiffness).max(axis=1)
-            # Without damping a harmonic may be resonant: least squares leaves out unforced modes.
-            result = np.linalg.lstsq(stiffness / sizes[:, None], forcing[harmonic] / sizes)[0]
-            amplitude = scales * result
-            nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
-    return nodes
-
-
 DISTANCES = 2.0 ** np.arange(-120, 121)
 """Distances from rest, in balanced states, at which nonlinearity is sought."""
 
@@ -309,7 +259,8 @@ class _View:
             return start
         ratios = self._balanced(slopes)
         guess = _largest(largest / ratios) / self._rate(slopes, ratios)
-        state = mean_state(self.flow, self.constants, ratios * (guess or 1.0), start)
+        given = self.flow, self.constants, ratios * (guess or 1.0), start[None]
+        state = mean_states(*given)[0]
         if np.isnan(state).any() and not self.model.forced:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.model import Model, evaluation_of
@@ -32,7 +32,7 @@ def check_followed(model: Model) -> None:
 
 
 def damped_newton(
-    linear: Callable[[Array], tuple[Array, Array]],
+    linear: Callable[[Array, Indices], tuple[Array, Array]],
     starts: Array,
     scales: Array,
     *,
@@ -44,21 +44,24 @@ def damped_newton(
     """Find equilibria by damped Newton iteration from each start; NaN where it fails.
 
     A step is halved until the scaled rates shrink, which keeps the search on the side of a
-    singularity on which the structure itself would stay. `linear` gives rates and Jacobians. A step
-    is compared with the states, or their scales: at `tolerance` only rounding is left, and below
-    `rounding` a step is taken in full, since the rates may no longer shrink.
+    singularity on which the structure itself would stay. `linear` gives rates and Jacobians of
+    states, with the numbers of their starts. A step is compared with the states, or their scales:
+    at `tolerance` only rounding is left, and below `rounding` a step is taken in full, since the
+    rates may no longer shrink.
 
-    Shapes: linear (a, n) -> (a, n), (a, n, n); starts (k, n); scales (n,); returns (k, n).
+    Shapes: linear (a, n), (a,) -> (a, n), (a, n, n); starts (k, n); scales (n,) or (k, n); returns
+    (k, n).
     """
     states, roots = starts.copy(), np.full_like(starts, np.nan)
-    rates, jacobians = linear(states)
     active, before = np.arange(len(starts)), np.full(len(starts), np.inf)
+    rates, jacobians = linear(states, active)
+    scales = np.broadcast_to(scales, starts.shape)
     for _ in range(iterations):
         if not len(active):
             break
         at = states[active]
         steps = _newton_steps(jacobians[active], rates[active])
-        lengths = np.max(np.abs(steps) / np.maximum(scales, np.abs(at)), axis=1)
+        lengths = np.max(np.abs(steps) / np.maximum(scales[active], np.abs(at)), axis=1)
         full = lengths <= rounding
         # With fast modes rounding alone may make a longer step: then it does not shrink.
         done = (lengths <= tolerance) | (full & (lengths > 0.5 * before[active]))
@@ -72,9 +75,9 @@ def damped_newton(
             rows = active[trying]
             tried = at[trying, None] + fractions[:, None] * steps[trying, None]
             with np.errstate(over="ignore"):  # a trial state may be anywhere
-                new_rates, new_jacobians = _on_each(linear, tried)
-                norms = np.linalg.norm(new_rates / scales, axis=2)
-                less = norms < np.linalg.norm(rates[rows] / scales, axis=1)[:, None]
+                new_rates, new_jacobians = _on_each(linear, tried, rows)
+                norms = np.linalg.norm(new_rates / scales[rows, None], axis=2)
+                less = norms < np.linalg.norm(rates[rows] / scales[rows], axis=1)[:, None]
             less |= full[trying, None]
             good = less.any(axis=1)
             first = np.flatnonzero(good), less.argmax(axis=1)[good]
@@ -86,9 +89,11 @@ def damped_newton(
     return roots
 
 
-def _on_each(linear: Callable[[Array], tuple[Array, Array]], states: Array) -> tuple[Array, Array]:
-    """Evaluate rates and Jacobians at states of shape (a, b, n)."""
-    rates, jacobians = linear(states.reshape(-1, states.shape[2]))
+def _on_each(
+    linear: Callable[[Array, Indices], tuple[Array, Array]], states: Array, rows: Indices
+) -> tuple[Array, Array]:
+    """Evaluate rates and Jacobians at states of shape (a, b, n), from starts (a,)."""
+    rates, jacobians = linear(states.reshape(-1, states.shape[2]), rows.repeat(states.shape[1]))
     return rates.reshape(states.shape), jacobians.reshape(*states.shape, states.shape[2])
 
 

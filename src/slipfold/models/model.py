@@ -93,9 +93,9 @@ class Evaluation:
         rates = np.moveaxis(values[:n], 0, -1)
         return rates, jacobians.reshape(*values.shape[1:], n, n)
 
-    def linear_of(self, model: Model) -> Callable[[Array], tuple[Array, Array]]:
-        """Return `linear` of a model at phase zero."""
-        return lambda states: self.linear(model, states, np.zeros(len(states)))
+    def linear_of(self, model: Model) -> Callable[[Array, Any], tuple[Array, Array]]:
+        """Return `linear` of a model at phase zero, whatever the states are numbered."""
+        return lambda states, _: self.linear(model, states, np.zeros(len(states)))
 
     # -- compiled functions, made when first needed ---------------------------------------------
 

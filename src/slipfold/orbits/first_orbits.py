@@ -16,8 +16,9 @@ from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import StiffFallback
+from slipfold.flow.linear_response import linear_response
 from slipfold.flow.polynomials import DenseTrajectory
-from slipfold.flow.scales import linear_response, measured
+from slipfold.flow.scales import measured
 from slipfold.flow.simulate import simulate
 from slipfold.models.angles import REVOLUTION, wrap_angles
 from slipfold.models.model import Model, evaluation_of

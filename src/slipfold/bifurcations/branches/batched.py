@@ -36,7 +36,7 @@ from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
 from slipfold.flow.flow import flow_of
-from slipfold.flow.scales import linear_response
+from slipfold.flow.linear_response import linear_responses
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.first_orbits import FIRST
@@ -158,23 +158,23 @@ def _responses(
     orbits: OrbitBatch, cases: Sequence[BatchedCase], forward: float, settings: Settings
 ) -> list[BatchedBranch]:
     """Find the responses at the first value, from the linear ones."""
-    flow, curves, guesses = flow_of(orbits.model), dict[int, ForcedOrbits](), []
+    flow, curves = flow_of(orbits.model), dict[int, ForcedOrbits]()
     for number, case in enumerate(cases):
-        model = case.model
         case.failure = "no linear response"
         with suppress(InputError, *BREAKDOWNS):
-            curve = forced_orbits(model, orbits.vary, orbits.width, settings)
+            curve = forced_orbits(case.model, orbits.vary, orbits.width, settings)
             if isinstance(curve.by, Shooting):
-                constants, scales = flow.constants(model.vector), model.state_scales()
-                nodes = linear_response(flow, constants, scales, SEGMENTS, model.start)
-                value = np.array([model.values[orbits.vary]])
-                guesses.append(orbits.join(np.array([number]), nodes[None], value)[0])
                 curves[number], case.failure = curve, ""
     if not curves:
         return []
-    rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
     which = np.array(list(curves))
-    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, FIRST.near)
+    rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
+    constants, scales = flow.constants(orbits.parameters[which]), orbits.sizes[which]
+    starts = np.array([cases[number].model.start for number in curves])
+    nodes = linear_responses(flow, constants, scales, SEGMENTS, starts)
+    values = np.array([cases[number].model.values[orbits.vary] for number in curves])
+    guesses = orbits.join(which, nodes, values)
+    result = orbits.correct(which, guesses, rows, BATCH.last_step, FIRST.near)
     branches = list[BatchedBranch]()
     for row, (number, curve) in enumerate(curves.items()):
         if result.found[row]:
