@@ -31,11 +31,19 @@ def inputs_kept() -> Iterator[None]:
         _OUTPUTS.reset(token)
 
 
+def as_path(given: object) -> Path:
+    """Return the path of a file, or refuse what is none."""
+    if not isinstance(given, str | os.PathLike) or given == "":
+        raise InputError(f"{given!r} is no path of a file; give one, such as 'result.nc'")
+    return Path(given)
+
+
 def to_read(path: str | Path) -> Path:
     """Return the path of a file that is now read, which must not be one to be written."""
+    path = as_path(path)
     if os.path.exists(path) and os.path.realpath(path) in _OUTPUTS.get(set()):
         raise InputError(f"{path} is read as input; give the result another name")
-    return Path(path)
+    return path
 
 
 def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
@@ -43,7 +51,7 @@ def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
 
     A name with a suffix must have one of `suffixes`, if there are any.
     """
-    target, suffix = Path(os.path.realpath(path)), Path(path).suffix
+    target, suffix = Path(os.path.realpath(as_path(path))), Path(path).suffix
     try:
         if target.is_dir():
             raise InputError(f"{path} is a folder; give the name of a file")
@@ -77,7 +85,7 @@ def write_file(path: str | Path, content: bytes) -> None:
     The content goes into a new file in the same folder, which then replaces the old one. Devices
     and pipes, such as ``/dev/stdout``, are written to directly.
     """
-    target = Path(os.path.realpath(path))
+    target = Path(os.path.realpath(as_path(path)))
     try:
         if _is_special(path):
             Path(path).write_bytes(content)

@@ -3,6 +3,7 @@
 import csv
 import json
 import pickle
+from itertools import product
 
 import numpy as np
 import pytest
@@ -43,6 +44,15 @@ def test_it_loads_again_number_for_number(result, file):
 def test_xarray_reads_the_file_as_the_same_dataset(result, file):
     with xarray.open_dataset(file, engine="h5netcdf") as dataset:
         xarray.testing.assert_identical(dataset.load(), result.to_xarray())
+
+
+def test_what_is_no_path_and_no_axes_is_refused(result):
+    for attempt, given in product((result.save, result.to_csv, load), (None, "", 3)):
+        with pytest.raises(InputError, match="is no path of a file; give one"):
+            attempt(given)
+    if hasattr(result, "plot"):
+        with pytest.raises(InputError, match=r"; (give|those)"):  # or because nothing is drawn
+            result.plot(ax=3)
 
 
 def test_it_is_pickled(result):

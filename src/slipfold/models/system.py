@@ -15,6 +15,7 @@ from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Output, Symbols
+from slipfold.writing import as_path
 
 if TYPE_CHECKING:
     from slipfold.models.definitions.equations import SystemEquations
@@ -164,7 +165,7 @@ class System(Model):
         """
         if isinstance(source, str) and ("\n" in source or "=" in source):
             return cls._read(source_of_text(source), "system")
-        path = Path(source)
+        path = as_path(source)
         return cls._read(source_of_file(path), path.stem)
 
     @classmethod

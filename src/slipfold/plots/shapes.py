@@ -18,7 +18,7 @@ from slipfold.errors import InputError
 from slipfold.models.structures.component import is_whole
 from slipfold.models.structures.mesh import AXES, Mesh, MeshShapes
 from slipfold.models.units import parse_quantity
-from slipfold.plots.style import add_title
+from slipfold.plots.style import add_title, axes_or_new
 
 COLORS = colormaps["viridis"]
 """Colors of displacements."""
@@ -50,6 +50,7 @@ def draw_shape(
     if ax is None:
         projection = "3d" if len(axes) == 3 else None
         ax = plt.figure(layout="constrained").add_subplot(projection=projection)
+    ax = axes_or_new(ax)
     still, deflected = mesh.points[:, axes], (mesh.points + scale * moved)[:, axes]
     norm = Normalize(0.0, float(sizes.max()) or 1.0)
     _add(ax, mesh, still, None, norm)

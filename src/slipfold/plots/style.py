@@ -130,6 +130,8 @@ def palette(count: int) -> tuple[str, ...]:
 def axes_or_new(ax: Axes | None) -> Axes:
     """Return the axes given, or those of a new figure."""
     if ax is not None:
+        if not isinstance(ax, Axes):
+            raise InputError(f"ax = {ax!r} is no matplotlib axes; give one, or leave it out")
         return ax
     # Only here, where a figure is to be shown: it looks for a window system and takes its time.
     from matplotlib import pyplot
@@ -161,7 +163,12 @@ def panels_of(
             figure.set_size_inches(size[0] * columns, size[1] * rows)
         ax.remove()
         ax = place.subgridspec(rows, columns).subplots(**shared)
-    return np.array(ax, object).reshape(rows, columns)
+    panels = np.array(ax, object)
+    if panels.size != rows * columns or not all(isinstance(item, Axes) for item in panels.flat):
+        raise InputError(
+            f"ax = {ax!r} is not {rows} x {columns} matplotlib axes; give those, or leave it out"
+        )
+    return panels.reshape(rows, columns)
 
 
 def legend_below(ax: Axes, lines: float, **options: Any) -> None:

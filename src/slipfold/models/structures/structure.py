@@ -27,6 +27,7 @@ from slipfold.models.structures.modal import modal_form_of
 from slipfold.models.structures.outputs import outputs_of
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.unforced import MechanicalModel, Modes
+from slipfold.writing import as_path
 
 _PARTS = tuple(item.name for item in fields(Definition))
 """Arguments of the constructor that are not parameter values, and attributes of a definition."""
@@ -220,7 +221,7 @@ class Structure(MechanicalModel):
         """
         if isinstance(source, str) and "\n" in source:
             return cls._read(source_of_text(source), None, "structure")
-        path = Path(source)
+        path = as_path(source)
         return cls._read(source_of_file(path), path.parent, path.stem)
 
     @classmethod
