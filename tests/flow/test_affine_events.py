@@ -5,7 +5,7 @@ from math import factorial
 import numpy as np
 import pytest
 
-from slipfold.flow.affine_events import ORDERS, VALUES, _enclosed, _Watched
+from slipfold.flow.affine_events import ORDERS, VALUES, EventFunctions, _enclosed, _Watched
 from slipfold.flow.affine_flow import AffineSolutions, Harmonics
 
 
@@ -17,7 +17,8 @@ def watched(exponents, parts, constant):
         exponents, unit, unit, no_forcing, np.zeros((0, n), dtype=complex), (), np.ones(n)
     )
     own = Harmonics(np.zeros(1, dtype=complex), np.full((1, 1), constant, dtype=complex))
-    return _Watched(solutions, np.ones(n, dtype=complex), 0.0, parts[None], own)
+    functions = EventFunctions(solutions, parts[None], own)
+    return _Watched(functions, np.ones(n, dtype=complex), 0.0)
 
 
 @pytest.mark.parametrize("seed", range(13))

@@ -22,6 +22,11 @@ class Found(Generic[P]):
     other: Array | None = None
     unsure: float = 0.0  # uncertainty of its component along the parameter
 
+    @property
+    def nearest(self) -> P:
+        """The point nearest to it that is a solution with derivatives: itself, mostly."""
+        return self.point
+
 
 @dataclass(eq=False)
 class TracedCurve(Generic[P]):

@@ -112,19 +112,24 @@ def pays(flow: Flow, constants: Constants) -> bool:
     return is_large(flow.dimension) or flow.takes_many_steps(constants)
 
 
+Parts = Callable[[Constants, Array], tuple[Array, Harmonics | None]]
+"""Derivatives of event functions by states, and what the phase gives, None if that has no few
+harmonics; from the coefficients and sizes below which values are none."""
+
+
 class AffineEvents:
     """The events of a mode whose rates and event functions are affine."""
 
     def __init__(
-        self, flow: AffineFlow, events: Sequence[SwitchingEvent], slopes: Slopes, contacts: int
+        self, flow: AffineFlow, events: Sequence[SwitchingEvent], affine: Parts, contacts: int
     ) -> None:
-        self._flow, self._events, self._slopes = flow, events, slopes
+        self._flow, self._events, self._affine = flow, events, affine
         falls = np.array([-1.0 if event.rising else 1.0 for event in events])
         self._falls = falls
         places = {Ending.STOPS: 0, Ending.LIMIT: 2 * contacts}
         self._weights = [event.which + places.get(event.ending, contacts) for event in events]
-        # Computed for these constants and scales of events, among which a limit may be missing
-        none: tuple[Constants | None, bytes, Array, Harmonics | None] = None, b"", falls, None
+        # Computed for these solutions and scales of events, among which a limit may be missing
+        none: tuple[AffineSolutions | None, bytes, EventFunctions | None] = None, b"", None
         self._known = none
 
     @classmethod
@@ -138,7 +143,18 @@ class AffineEvents:
             return None
         if not is_affine([event.expression for event in events], flow.equations):
             return None
-        return cls(flow, events, slopes(), count)
+        known = slopes()
+
+        def affine(constants: Constants, floor: Array) -> tuple[Array, Harmonics | None]:
+            n, nothing = flow.dimension, np.empty((len(constants.values), 0))
+            own = harmonics_of(
+                lambda at: known.values(np.zeros((len(at), n)), at, constants)[..., None],
+                np.ones(1),
+                floor,
+            )
+            return known.at(np.zeros(n), 0.0, constants, nothing)[0], own
+
+        return cls(flow, events, affine, count)
 
     def follow(
         self, state: Array, begin: float, end: float, constants: Constants, weights: Array
@@ -161,23 +177,19 @@ class AffineEvents:
         sizes, solutions = weights[self._weights], self._flow.solutions(constants)
         if solutions is None:
             return None
-        known, scaled, by_states, explicit = self._known
-        if known is not constants or scaled != sizes.tobytes():
-            n, nothing = len(state), np.empty((len(constants.values), 0))
-            zero = np.zeros(n)
-            by_states = self._slopes.at(zero, 0.0, constants, nothing)[0]
-            explicit = harmonics_of(
-                lambda at: self._slopes.values(np.zeros((len(at), n)), at, constants)[..., None],
-                np.ones(1),
-                1 / sizes,
-            )
-            self._known = constants, sizes.tobytes(), by_states, explicit
-        if explicit is None:
+        known, scaled, functions = self._known
+        if known is not solutions or scaled != sizes.tobytes():
+            (by_states, own), scales = self._affine(constants, 1 / sizes), self._falls * sizes
+            if own is not None:
+                seen = (scales[:, None] * by_states) @ solutions.shapes
+                own = Harmonics(own.exponents, own.values * scales)
+                functions = EventFunctions(solutions, seen, own)
+            else:
+                functions = None
+            self._known = solutions, sizes.tobytes(), functions
+        if functions is None:
             return None
-        scales = self._falls * sizes
-        seen = (scales[:, None] * by_states) @ solutions.shapes
-        own = Harmonics(explicit.exponents, explicit.values * scales)
-        return _Watched(solutions, solutions.into @ state, begin, seen, own)
+        return _Watched(functions, solutions.into @ state, begin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,14 +256,42 @@ class AffinePhase:
 
 
 @dataclass(frozen=True, eq=False)
-class _Watched:
-    """Event functions along a solution, scaled, positive before their events."""
+class EventFunctions:
+    """Event functions of all solutions, scaled, positive before their events."""
 
     solutions: AffineSolutions
-    start: Complex  # in the basis of eigenvectors, shape (n,)
-    begin: float
     seen: Complex  # of eigenvectors, shape (q, n)
     own: Harmonics  # what depends on the phase alone, shape (H, q)
+
+    def only(self, left: Sequence[int] | Array) -> EventFunctions:
+        """Return some of the functions."""
+        own = Harmonics(self.own.exponents, self.own.values[:, left])
+        return EventFunctions(self.solutions, self.seen[left], own)
+
+    @cached_property
+    def parts(self) -> tuple[Complex, tuple[tuple[Harmonics, Complex], ...]]:
+        """Derivatives by free motions, shape (n, c, q), and what the phase gives, (H, c, q)."""
+        solutions, seen = self.solutions, self.seen.T
+        forced = Harmonics(solutions.forcing.exponents, solutions.answers @ seen)
+        rising = solutions.values[:, None, None] ** ORDERS[:, None]
+        return rising * seen[:, None], tuple(
+            (part, part.exponents[:, None, None] ** ORDERS[:, None] * part.values[:, None])
+            for part in (forced, self.own)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Watched:
+    """Event functions along a solution."""
+
+    functions: EventFunctions
+    start: Complex  # in the basis of eigenvectors, shape (n,)
+    begin: float
+
+    @property
+    def solutions(self) -> AffineSolutions:
+        """All solutions, of which this is one."""
+        return self.functions.solutions
 
     def motions(self, phases: Array) -> Complex:
         """Return the solution, shape (p, n)."""
@@ -273,7 +313,7 @@ class _Watched:
         first is the last of those before. Shapes: yields (p,), (p, n), (n,).
         """
         phase, free, values = self.begin, self.free, self.solutions.values
-        known = self.solutions.forcing.exponents, self.own.exponents
+        known = self.solutions.forcing.exponents, self.functions.own.exponents
         slowest = max(np.abs(part).max(initial=0.0) for part in known)
         while phase < end:
             seen = visible(np.abs(free))
@@ -299,23 +339,12 @@ class _Watched:
             free[:, j] += push * times * divided(value * times, exponent * times)
         return free
 
-    @cached_property
-    def _parts(self) -> tuple[Complex, tuple[tuple[Harmonics, Complex], ...]]:
-        """Derivatives by free motions, shape (n, c, q), and what the phase gives, (H, c, q)."""
-        solutions, seen = self.solutions, self.seen.T
-        forced = Harmonics(solutions.forcing.exponents, solutions.answers @ seen)
-        rising = solutions.values[:, None, None] ** ORDERS[:, None]
-        return rising * seen[:, None], tuple(
-            (part, part.exponents[:, None, None] ** ORDERS[:, None] * part.values[:, None])
-            for part in (forced, self.own)
-        )
-
     def _derivatives(self, phases: Array, free: Complex, visible: Mask | bool = True) -> Array:
         """Return the functions with derivatives, shape (c, p, q), from free motions.
 
         Vibrations that are not visible contribute to the values alone.
         """
-        solutions, (by_free, parts) = self.solutions, self._parts
+        solutions, (by_free, parts) = self.solutions, self.functions.parts
         shape = len(phases), *by_free.shape[1:]
         result = np.empty(shape)
         result[:, 0] = (free @ by_free[:, 0]).real + CONTACT.event_distance
@@ -331,7 +360,7 @@ class _Watched:
             factor: complex = 0.0
             for order in ORDERS[1:].tolist():
                 factor = value * factor + exponent ** (order - 1)
-                result[:, order] += (factor * push[:, None] * self.seen[:, j]).real
+                result[:, order] += (factor * push[:, None] * self.functions.seen[:, j]).real
         return result.transpose(1, 0, 2)
 
     def at(self, phases: Array) -> tuple[Array, Array]:
@@ -346,7 +375,7 @@ class _Watched:
 
     def first(self, end: float) -> tuple[int, float] | None:
         """Return the number and the phase of the first event up to a phase, None if none."""
-        seen = np.abs(self.seen)
+        seen = np.abs(self.functions.seen)
         least = EVENT.visible * (seen @ np.abs(self.start) + np.finfo(float).tiny)[:, None]
         parts = self.samples(end, EVENT, lambda sizes: np.any(seen * sizes > least, axis=0))
         return next(filter(None, (self._between(*part) for part in parts)), None)
@@ -377,10 +406,9 @@ class _Watched:
                 return met
         return None
 
-    def _only(self, left: Sequence[int]) -> _Watched:
+    def _only(self, left: Sequence[int] | Array) -> _Watched:
         """Return some of the functions."""
-        own = Harmonics(self.own.exponents, self.own.values[:, left])
-        return replace(self, seen=self.seen[left], own=own)
+        return replace(self, functions=self.functions.only(left))
 
     def _may_fall(self, low: float, high: float, visible: Mask) -> Mask:
         """Return which functions are not known to be positive between two phases, shape (q,)."""
@@ -402,8 +430,8 @@ class _Watched:
             sizes[j] += push * span
             bends[j] += order * push * step * fastest ** (order - 1)
         bends += sizes * np.exp(np.maximum(values.real, 0.0) * span) * turns**order
-        result: Array = np.abs(self.seen) @ bends
-        for part in (self._parts[1][0][0], self.own):
+        result: Array = np.abs(self.functions.seen) @ bends
+        for part in (self.functions.parts[1][0][0], self.functions.own):
             result += (np.abs(part.exponents) * step) ** order @ np.abs(part.values)
         return result
 

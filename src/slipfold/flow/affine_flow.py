@@ -11,7 +11,7 @@ of eigenvectors of A all follows from divided differences of the exponential fun
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -238,9 +238,7 @@ class AffineFlow(Flow):
         """Return the largest modulus of the eigenvalues a phase, zero if it is not large."""
         n, scales, period = self.dimension, constants.scales, constants.period
         states = np.concatenate([np.zeros((1, n)), np.diag(scales)])
-        # In a second, since most branches in the frequency change nothing else
-        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
-        rates = self.rates(states, np.zeros(n + 1), second) / scales
+        rates = self.rates(states, np.zeros(n + 1), constants.in_a_second) / scales
         matrix = rates[1:] - rates[0]
         bound = float(np.abs(matrix).sum(axis=1).max()) * period
         if not AFFINE.fast < bound < np.inf:
@@ -265,18 +263,21 @@ class AffineFlow(Flow):
         n = self.dimension
         if constants.values.ndim > 1:
             return None
-        second = replace(constants, values=np.append(constants.values[:-1], 1.0))
-        matrix = self.jacobians(np.zeros((1, n)), np.zeros(1), second)[0]
+        matrix = self.jacobians(np.zeros((1, n)), np.zeros(1), constants.in_a_second)[0]
         eigen = _eigenvectors(matrix.tobytes(), n)
         # Rates that states of the size of their scales cause
-        scaled = np.abs(matrix) * constants.scales / constants.scales[:, None]
-        units = constants.scales * np.maximum(1.0, constants.period * scaled.sum(axis=1))
-        forcing = harmonics_of(
-            lambda at: self.rates(np.zeros((len(at), n)), at, constants)[:, None], units, 1.0
-        )
+        units = np.maximum(constants.scales, constants.period * np.abs(matrix) @ constants.scales)
+        forcing = self._forcing(constants, units)
         if eigen is None or forcing is None:
             return None
         return AffineSolutions.of(eigen, constants.period, forcing, units)
+
+    def _forcing(self, constants: Constants, units: Array) -> Harmonics | None:
+        """Return the rates of states that are zero, in units of shape (n,)."""
+        n = self.dimension
+        return harmonics_of(
+            lambda at: self.rates(np.zeros((len(at), n)), at, constants)[:, None], units, 1.0
+        )
 
     def advance(self, states: Array, start: Array, end: Array, constants: Constants) -> Array:
         """Propagate states from one phase to another."""

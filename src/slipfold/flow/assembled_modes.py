@@ -18,7 +18,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.affine_flow import AffineFlow, is_affine
+from slipfold.flow.affine_flow import AffineFlow, Harmonics, harmonics_of, is_affine
 from slipfold.flow.compiled_code import Evaluated, Slopes
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.flow import Flow
@@ -78,8 +78,9 @@ class FreeContacts(Evaluated):
         super().__init__(replace(plain, names=named, states=symbols, field=field))
         slopes = tuple(hy.diff(item, plain.phase) for item in field)
         self._by_phase = Evaluated(replace(self.equations, field=slopes))
-        none: tuple[Constants | None, Array] = None, np.empty(0)
-        self._known = none
+        self._known = b"", np.empty(0)
+        none: tuple[Constants | None, Harmonics | None] = None, None
+        self._forced = none
 
     @classmethod
     def of(
@@ -105,11 +106,15 @@ class FreeContacts(Evaluated):
         return int(self.places[_key(event)][event.which])
 
     def matrix(self, constants: Constants) -> Array:
-        """Return the derivatives of all functions by the unknowns, shape (q, u)."""
-        known, found = self._known
-        if known is not constants:
-            found = self.jacobians(np.zeros((1, self.dimension)), np.zeros(1), constants)[0]
-            self._known = constants, found
+        """Return the derivatives of all functions by the unknowns, shape (q, u).
+
+        Rates are those in a second, so that a branch in the frequency needs them once.
+        """
+        (known, found), values = self._known, constants.values[:-1].tobytes()
+        if known != values:
+            second = constants.in_a_second
+            found = self.jacobians(np.zeros((1, self.dimension)), np.zeros(1), second)[0]
+            self._known = values, found
         return found
 
     def groups(self, constants: Constants) -> list[list[int]]:
@@ -132,8 +137,22 @@ class FreeContacts(Evaluated):
         return [np.flatnonzero(row).tolist() for row in np.unique(coupled, axis=0)]
 
     def given(self, phases: Array, constants: Constants) -> Array:
-        """Return all functions where the unknowns vanish, shape (p, q)."""
-        return self.rates(np.zeros((len(phases), self.dimension)), phases, constants)
+        """Return all functions where the unknowns vanish, rates in a second, shape (p, q)."""
+        found = self.rates(np.zeros((len(phases), self.dimension)), phases, constants)
+        found[:, : self.states] /= constants.period
+        return found
+
+    def harmonics(self, constants: Constants) -> Harmonics | None:
+        """Return these functions as sums of harmonics, None if there are too many."""
+        known, found = self._forced
+        if known is not constants:
+            scales = constants.scales
+            sizes = np.abs(self.matrix(constants)[:, : self.states]) @ scales
+            sizes[: self.states] = np.maximum(sizes[: self.states], scales / constants.period)
+            each = lambda at: self.given(at, constants)[..., None]  # noqa: E731
+            found = harmonics_of(each, np.ones(1), sizes)
+            self._forced = constants, found
+        return found
 
     def by_phase(self, phase: float, constants: Constants) -> Array:
         """Return their derivatives by the phase, shape (q,)."""
@@ -154,7 +173,7 @@ class AssembledFlow(AffineFlow):
         self.free, self.mode, self._derive = free, mode, derive
         self.dimension = free.states
         self.output_names = tuple(name for name, _ in free.equations.outputs)
-        none: tuple[Constants | None, tuple[list[int], Array]] = None, ([], np.empty(0))
+        none: tuple[Array | None, tuple[list[int], Array]] = None, ([], np.empty(0))
         self._assembled = none
         self._forget()
 
@@ -167,12 +186,12 @@ class AssembledFlow(AffineFlow):
     def at(self, constants: Constants) -> tuple[list[int], Array]:
         """Return which states contacts hold, and what multiplies states and given functions.
 
-        Its rows are functions, then unknowns, shape (q + u, n + q).
+        Its rows are functions, rates in a second, then unknowns, shape (q + u, n + q).
         """
-        known, found = self._assembled
-        if known is not constants:
-            found = self._assemble(self.free.matrix(constants))
-            self._assembled = constants, found
+        (known, found), whole = self._assembled, self.free.matrix(constants)
+        if known is not whole:
+            found = self._assemble(whole)
+            self._assembled = whole, found
         return found
 
     def _assemble(self, whole: Array) -> tuple[list[int], Array]:
@@ -229,6 +248,7 @@ class AssembledFlow(AffineFlow):
         """Return their derivatives along changes of the coefficients, shape (p, ..., k)."""
         at = self.unknowns(states, phases, c)
         own = self.free.parameter_slopes(at, phases, c, directions)
+        own[:, : self.dimension] /= c.period
         return np.asarray(self.at(c)[1][rows, self.dimension :] @ own)
 
     def work(self, states: Array, phases: Array, constants: Constants) -> Array:
@@ -241,18 +261,25 @@ class AssembledFlow(AffineFlow):
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate dq/dphase."""
-        return self.values(states, phases, constants, slice(self.dimension))
+        return constants.period * self.values(states, phases, constants, slice(self.dimension))
+
+    def _forcing(self, constants: Constants, units: Array) -> Harmonics | None:
+        """Return the rates of states that are zero from all given functions."""
+        found, n = self.free.harmonics(constants), self.dimension
+        pushed = constants.period * self.at(constants)[1][:n, n:]
+        return found and found._replace(values=found.values @ pushed.T)
 
     def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate the Jacobian of dq/dphase with respect to the states."""
         n = self.dimension
-        return np.tile(self.at(constants)[1][:n, :n], (len(states), 1, 1))
+        return np.tile(constants.period * self.at(constants)[1][:n, :n], (len(states), 1, 1))
 
     def parameter_slopes(
         self, states: Array, phases: Array, constants: Constants, directions: Array
     ) -> Array:
         """Return the derivatives of the rates along changes of the coefficients."""
-        return self.pulled(states, phases, constants, directions, slice(self.dimension))
+        own = self.pulled(states, phases, constants, directions, slice(self.dimension))
+        return constants.period * own
 
     def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate all outputs, the states first."""
@@ -279,3 +306,9 @@ class AssembledSlopes(Slopes):
         by_phase = own[:, n:] @ self._flow.free.by_phase(phase, constants)
         given = state[None], np.array([phase]), constants, directions
         return own[:, :n], by_phase, self._flow.pulled(*given, rows)[0]
+
+    def affine(self, constants: Constants, floor: Array) -> tuple[Array, Harmonics | None]:
+        """Return derivatives by states, and what the phase gives."""
+        own, n = self._flow.at(constants)[1][self._rows(constants)], self._flow.dimension
+        found = self._flow.free.harmonics(constants)
+        return own[:, :n], found and found._replace(values=found.values @ own[:, n:].T)

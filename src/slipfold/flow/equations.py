@@ -150,6 +150,11 @@ class Constants:
         """Forcing period in seconds, where all trajectories have the same."""
         return float(self.values[..., -1])
 
+    @cached_property
+    def in_a_second(self) -> Constants:
+        """The same with a period of a second: branches in the frequency change nothing else."""
+        return replace(self, values=np.append(self.values[:-1], 1.0))
+
     def rows(self, which: NDArray[np.intp] | int) -> Constants:
         """Return the coefficients of some trajectories, by number, without derivatives."""
         if self.values.ndim == 1:

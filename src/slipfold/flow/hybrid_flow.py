@@ -234,7 +234,7 @@ class AssembledMode(CompiledMode):
         rows, size = [free.row(event) for event in self.events], len(free.equations.field)
         self._event_slopes = AssembledSlopes(flow, lambda _: rows)
         self.held_slopes = AssembledSlopes(flow, lambda c: [size + i for i in flow.at(c)[0]])
-        self.exact = AffineEvents(flow, self.events, self._event_slopes, len(mode))
+        self.exact = AffineEvents(flow, self.events, self._event_slopes.affine, len(mode))
 
     def held_at(self, constants: Constants) -> list[int]:
         """Return the numbers of the states that contacts hold."""

@@ -14,11 +14,10 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError, refusal
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import GuardedFlow
+from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import HybridIntegration, initial_state, reaches_stick_limit, simulate
-from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
@@ -47,6 +46,8 @@ class ORBIT:
     transient: int = 2000  # forcing periods, or steps in which a trajectory near a cycle returns
     periods: tuple[int, ...] = (1, 2, 4, 3)  # tried where a trajectory does not nearly repeat
     repeated: float = 1e-6  # distance in scales after a period of a motion that nearly repeats
+    nearly: float = 1e-2  # the same from which Newton's method may lead to where it converges,
+    astray: float = 10.0  # no farther than this multiple of what drift and multipliers say
     between: int = 16  # periods after which it is looked at again
     returned: float = 0.05  # distance over the extent, or in scales, at which an orbit is near
 
@@ -203,22 +204,20 @@ class _Search:
         start = model.start if state is None else state
         # Newton's method takes over from where the trajectory nearly repeats.
         hybrid = HybridIntegration.begin(model, start, own_duration=True, energies=False)
-        motion = self._repeating(hybrid) if forced else hybrid.run(None, ORBIT.repeated)
-        if motion.stopped is not None:
-            raise InputError(f"no orbit was found: {motion.stopped.reason}")
-        settlement = motion.settlement
-        if not forced and settlement.kind != "cycle":
-            raise InputError(
-                f"the motion of {model.name} converges to no cycle: {settlement.message}; give a "
-                "state near one"
-            )
-        model, node = motion.model, motion.states[-1]
-        if settlement.duration is not None and not forced:
-            model = model.replace(duration=settlement.duration)
-        orbits = orbits_at(model, self.period, 1, by=SwitchedShooting)
-        orbits, z = fitted(orbits, orbits.unknown(node[None], model))
-        found, by = self._corrected(orbits, z), orbits.by
-        z = found.z if found.converged else z
+        if forced:
+            orbits, z, found = self._repeating(hybrid)
+        else:
+            motion = hybrid.run(None, ORBIT.repeated)
+            _refuse_stopped(motion.stopped)
+            settlement = motion.settlement
+            if settlement.kind != "cycle" or settlement.duration is None:
+                raise InputError(
+                    f"the motion of {model.name} converges to no cycle: {settlement.message}; give "
+                    "a state near one"
+                )
+            paced = motion.model.replace(duration=settlement.duration)
+            orbits, z, found = self._from_node(paced, motion.states[-1])
+        by, z = orbits.by, found.z if found.converged else z
         assert isinstance(by, SwitchedShooting)
         resting = by.rests(orbits.nodes(z), orbits.constants(z)) if forced else None
         if resting is not None:
@@ -229,18 +228,37 @@ class _Search:
             _refuse_shorter(orbit, hybrid.run(self.period, ORBIT.same).states)
         return orbit
 
-    def _repeating(self, hybrid: HybridIntegration) -> Trajectory:
-        """Follow a trajectory until it nearly repeats, or for all periods."""
-        every = self.period * -(-ORBIT.between // self.period)
+    def _from_node(self, model: Model, node: Array) -> tuple[Orbits, Array, Correction]:
+        """Return the orbit near a state: what it is, a guess, and its correction."""
+        orbits = orbits_at(model, self.period, 1, by=SwitchedShooting)
+        orbits, z = fitted(orbits, orbits.unknown(node[None], model))
+        return orbits, z, self._corrected(orbits, z)
+
+    def _repeating(self, hybrid: HybridIntegration) -> tuple[Orbits, Array, Correction]:
+        """Do so where a trajectory nearly repeats, or after all periods.
+
+        Before, Newton's method is believed where perturbations decay so that the trajectory's drift
+        leads to the orbit.
+        """
+        every, nearly = self.period * -(-ORBIT.between // self.period), ORBIT.nearly
         hybrid.advance(self.settle % self.period)  # it begins in the phase in which all would end
         while hybrid.periods < self.settle:
             hybrid.advance(min(every, self.settle - hybrid.periods))
-            if hybrid.stopped is not None:
+            _refuse_stopped(hybrid.stopped)
+            model, (last, before) = hybrid.model, hybrid.states[[-1, -1 - self.period]]
+            drift = distances(model, last, before)
+            if drift < ORBIT.repeated:
                 break
-            last, before = hybrid.states[[-1, -1 - self.period]]
-            if distances(hybrid.model, last, before) < ORBIT.repeated:
-                break
-        return hybrid.result(ORBIT.repeated)
+            if drift < nearly:
+                nearly *= ORBIT.nearly
+                orbits, z, found = self._from_node(model, last)
+                if found.converged and found.linearization is not None:
+                    growth = np.abs(orbits.eigenvalues(z, found.linearization)).max()
+                    away = distances(model, *(orbits.nodes(each)[0] for each in (z, found.z)))
+                    if growth < 1 and away * (1 - growth) < ORBIT.astray * drift:
+                        return orbits, z, found
+        _refuse_stopped(hybrid.stopped)
+        return self._from_node(hybrid.model, hybrid.states[-1])
 
     def in_slip(self, orbit: PeriodicOrbit) -> PeriodicOrbit:
         """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""
@@ -293,6 +311,11 @@ def as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
         orbits.spectrum.whole(multipliers),
         found.residual,
     )
+
+
+def _refuse_stopped(stopped: GuardStop | None) -> None:
+    if stopped is not None:
+        raise InputError(f"no orbit was found: {stopped.reason}")
 
 
 def _revolutions(cycle: PeriodicOrbit) -> int:

@@ -18,6 +18,7 @@ from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.linearized_trajectory import (
     EventMargin,
     Least,
+    LinearizedTrajectory,
     grazing_distances,
     least_near,
     linearized_trajectory,
@@ -49,6 +50,9 @@ ALONE = 1e-9
 LITTLE = 1e-4
 """Slip in scaled states below which residuals leave open where a contact rests: what it comes back
 by has one over this as weight."""
+
+NEARBY = 0.01
+"""Part of a period within which a change of a contact is the one that is meant."""
 
 WAYS = (Status.FORTH, Status.BACK)
 
@@ -139,6 +143,7 @@ class SwitchedShooting(Shooting):
         assert segments == 1
         super().__init__(model, free, period, segments, phase)
         self._known = dict[tuple[bytes, bytes, float, float], Passed]()
+        self._linear: tuple[object, list[int], LinearizedTrajectory] | None = None
         self.switched = hybrid_flow_of(model)
         self.slips_in_planes = any(len(contact.slip) == 2 for contact in self.switched.contacts)
 
@@ -156,8 +161,7 @@ class SwitchedShooting(Shooting):
         if rest is None:
             return missed, blocks, along
         passed, directions = self.round(nodes, constants), constants.rates[:, self.indices]
-        system = self.switched.system(nodes[0], constants, energies=False)
-        linearized = linearized_trajectory(system, nodes[0], passed, directions)
+        linearized = self._linearized(nodes[0], passed, constants)
         n, weights = len(self.scales), rest.weights[:, None]
         ends = np.hstack([blocks[0] - np.eye(n), along[0]])
         missed, least, sizes = self._placed(rest, nodes, constants, missed)
@@ -507,18 +511,47 @@ class SwitchedShooting(Shooting):
                 ends[place] = passed[-1][0].state
         return ends
 
+    def _linearized(
+        self, node: Array, passed: Passed, constants: Constants
+    ) -> LinearizedTrajectory:
+        """Return the derivatives of a trajectory, those of the last one again."""
+        if self._linear is None or self._linear[:2] != (passed, self.indices):
+            system = self.switched.system(node, constants, energies=False)
+            along = constants.rates[:, self.indices]
+            found = linearized_trajectory(system, node, passed, along)
+            self._linear = passed, self.indices, found
+        return self._linear[2]
+
+    def phase_of(
+        self, nodes: Array, constants: Constants, contact: int, near: float
+    ) -> tuple[float, Array | None]:
+        """Return when a contact changes near a phase, with the derivatives by unknowns.
+
+        None of these where it does not by itself. Shapes: nodes (1, n); returns (n + k,).
+        """
+        passed, half = self.round(nodes, constants), self.period / 2
+        away = {
+            number: abs((part.end - near + half) % self.period - half)
+            for number, (part, _) in enumerate(passed)
+            if part.event is not None and part.event.which == contact
+        }
+        which = min(away, key=away.__getitem__, default=0)
+        if not away or away[which] > NEARBY * self.period:
+            return near, None
+        late = self._linearized(nodes[0], passed, constants).begins[which + 1][1]
+        return passed[which][0].end, late * [*self.scales, *self.units]
+
     def propagate(
         self, nodes: Array, begin: Array, end: Array, constants: Constants
     ) -> tuple[Array, Array, Array]:
         """Propagate states with their derivatives, unscaled."""
-        (m, n), along = nodes.shape, constants.rates[:, self.indices]
+        (m, n), k = nodes.shape, len(self.indices)
         ends, matrices = np.full((m, n), np.nan), np.full((m, n, n), np.nan)
-        vectors = np.full((m, n, along.shape[1]), np.nan)
+        vectors = np.full((m, n, k), np.nan)
         for place, node in enumerate(nodes):
             passed = self.passed(node, float(begin[place]), float(end[place]), constants)
             if passed:
-                system = self.switched.system(node, constants, energies=False)
-                found = linearized_trajectory(system, node, passed, along)
+                found = self._linearized(node, passed, constants)
                 ends[place] = passed[-1][0].state
                 matrices[place], vectors[place] = found.matrix, found.vectors
         return ends, matrices, vectors

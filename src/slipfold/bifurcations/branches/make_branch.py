@@ -17,7 +17,11 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing, left_to_change
+from slipfold.bifurcations.branches.switching_boundaries import (
+    FoundGrazing,
+    FoundMeeting,
+    left_to_change,
+)
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import ZERO, corrected_together
@@ -96,14 +100,15 @@ def with_normal_forms(results: Sequence[Found], each: Sequence[SpecialPoint]) ->
 
 def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
-    point = found.place.nearest if isinstance(found, FoundGrazing) else found.point
+    point = found.nearest
     met = isinstance(orbits.by, MarginalShooting)
     again, rounding = _met_again(orbits, point) if met else recomputed(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
         if not met:
-            moved += PIECE.close + left_to_change(point, found.type)
+            meets = isinstance(found, FoundMeeting)
+            moved += PIECE.close + (0.0 if meets else left_to_change(point, found.type))
             moved += AT_ONCE if found.type in ("MEET", "STICK") else 0.0
         if isinstance(found, FoundGrazing):
             moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])

@@ -32,6 +32,7 @@ from slipfold.flow.modes import GRAZED, Ending, Mode, Status
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.meeting import meeting_between
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import Piece, SwitchedShooting
 
@@ -54,6 +55,9 @@ class BORDER:
     elsewhere: float = 0.05
     # Arclength within which a grazing is searched
     ahead: float = 0.02
+    # Arclength beside a place where changes meet at which they are told apart
+    beside: float = 1e-7
+    swaps: int = 16  # changes that may swap in a step
     # Distance in the scaled parameter of two points that are one: each is known to a tenth of it
     same: float = 1e-9
     # Cosine of the angle between tangents a first look apart, above which they belong to one piece
@@ -79,9 +83,26 @@ class FoundGrazing(Found[OrbitPoint]):
     place: Vanishing[OrbitPoint]
 
     @property
+    def nearest(self) -> OrbitPoint:
+        """The nearest orbit before it."""
+        return self.place.nearest
+
+    @property
     def extrapolated(self) -> bool:
         """Whether the point has the extrapolated unknown."""
         return self.point.z is self.place.z
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FoundMeeting(Found[OrbitPoint]):
+    """Two changes of contacts that meet: on the orbit itself both are one, without derivatives."""
+
+    before: OrbitPoint
+
+    @property
+    def nearest(self) -> OrbitPoint:
+        """An orbit on which one precedes the other."""
+        return self.before
 
 
 CAUGHT = (
@@ -116,6 +137,9 @@ def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint
         if _jumps(before, after):
             raise LostCurveError("contacts change elsewhere in the period")
         return MonitorResult()
+    meeting = _meeting(interval.traced, before, after)
+    if meeting is not None:
+        return meeting
     try:
         boundary = locate_boundary(curve, interval.history, before, after, _change_between)
     except LostCurveError:
@@ -132,6 +156,42 @@ def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint
     beyond = boundary.after if connected else None
     known = kind == "MEET" and _is_known(found, interval.traced)
     return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
+
+
+def _meeting(
+    traced: TracedCurve[OrbitPoint], before: OrbitPoint, after: OrbitPoint
+) -> MonitorResult[OrbitPoint] | None:
+    """Return where two changes of contacts meet first that swap in a step; None if that fails.
+
+    Several may swap in one step.
+    """
+    curve = before.curve
+    for _ in range(BORDER.swaps):
+        if _kind(before.piece, after.piece) != "MEET":
+            return None
+        row, z = after.z - before.z, None
+        row /= np.linalg.norm(row)
+        with suppress(*BREAKDOWNS):
+            z = meeting_between(before, after)
+        if z is None or not row @ before.z < row @ z < row @ after.z:
+            guesses = [0.5 * (before.z + after.z)]
+        else:
+            guesses = [z - BORDER.beside * row, z + BORDER.beside * row]
+        sides = list[OrbitPoint]()
+        for guess in guesses:
+            arclength = before.arclength + float(row @ (guess - before.z))
+            side = curve.nearest(guess, row, arclength)
+            if side is None:
+                return None
+            sides.append(side)
+            before, after = (side, after) if side.piece == before.piece else (before, side)
+            if side is after:  # others swap before
+                break
+        if z is not None and sides == [before, after]:
+            found = FoundMeeting("MEET", replace(before, z=z), float("inf"), before=before)
+            known = [] if _is_known(found, traced) else [found]
+            return MonitorResult(known, Stop(before, _end("MEET", curve, before), beyond=after))
+    return None
 
 
 def _met(curve: OrbitCurve, kind: str, boundary: PieceBoundary[OrbitPoint]) -> OrbitPoint | None:
