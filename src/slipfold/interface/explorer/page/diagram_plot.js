@@ -111,18 +111,22 @@ export class DiagramPlot {
   /** Draw without waiting for a frame: the next one shows it. While a slider moves the axes stand still. */
   #drawNow() {
     this.#asked += 1;
-    this.#redraw();
+    this.#redraw(this.#drawn?.size);
   }
 
-  #redraw() {
-    if (!this.#session.store.isLive || !this.#drawLive()) this.#draw();
+  /** Draw; another size than the known one calls for it by itself. */
+  #redraw(size = this.#size) {
+    if (!this.#session.store.isLive || !this.#drawLive(size)) this.#draw();
+  }
+
+  get #size() {
+    return [this.node.clientWidth, this.node.clientHeight];
   }
 
   /** Draw the curve alone, if plotly has drawn all else; return whether it has. */
-  #drawLive() {
+  #drawLive(size) {
     const { diagram, view } = this.#session;
     if (!this.#drawn || view.pins.length > 0 || this.#measured(diagram)) return false;
-    const size = [this.node.clientWidth, this.node.clientHeight];
     const range = this.#ranges(diagram);
     if (JSON.stringify([size, range, diagram.x, diagram.y]) !== this.#drawn.sheet) return false;
     this.#drawn.diagram = diagram;
@@ -140,10 +144,10 @@ export class DiagramPlot {
     if (!diagram || this.node.clientWidth === 0) return;
     clearTimeout(this.#still);
     const number = this.#asked;
-    const size = [this.node.clientWidth, this.node.clientHeight];
+    const size = this.#size;
     const range = this.#ranges(diagram);
     const sheetKey = JSON.stringify([size, range, diagram.x, diagram.y]);
-    this.#drawn = { diagram, map: mapping(size, range.x, range.y), names: view.pins, sheet: sheetKey };
+    this.#drawn = { diagram, map: mapping(size, range.x, range.y), names: view.pins, sheet: sheetKey, size };
     const color = colors();
     const title = { x: axisTitle(diagram.x), y: valueTitle(diagram.y) };
     const sheet = layout(color, { title: escaped(title.x), range: range.x },

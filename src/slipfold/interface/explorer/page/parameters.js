@@ -148,6 +148,7 @@ class ParameterControl {
   #parameter;
   #shown;
   #commit;
+  #width = 0;
 
   /**
    * @param {object} parameter as the server describes it
@@ -171,6 +172,7 @@ class ParameterControl {
         keydown: (event) => this.#step(event),
       },
     });
+    new ResizeObserver(() => { this.#width = this.#slider.clientWidth; }).observe(this.#slider);
     this.#box = new QuantityBox(
       { id: `${id}-box`, "aria-label": `${label}, number` }, commit, widen);
     this.#back = element("button", {
@@ -220,7 +222,7 @@ class ParameterControl {
   #sliderValue() {
     const [low, high, value] = this.#numbers();
     const isEnd = value <= low || value >= high;
-    const shown = isEnd ? value : snapped(value, roundStep(high - low, 1 / Math.max(this.#slider.clientWidth, 1)));
+    const shown = isEnd ? value : snapped(value, roundStep(high - low, 1 / Math.max(this.#width || this.#slider.clientWidth, 1)));
     return Math.min(Math.max(shown, low), high) * this.#shown.si;
   }
 
