@@ -315,12 +315,14 @@ export class PlaneControls {
 
   #working(text) {
     this.#words.textContent = text;
+    this.#words.title = "";
     this.#stop.hidden = false;
     this.#again.hidden = true;
   }
 
   #idle(text, isAll = false) {
     this.#words.textContent = text;
+    this.#words.title = text; // the line may be too short
     this.#stop.hidden = true;
     this.#again.hidden = isAll;
   }
