@@ -531,20 +531,26 @@ def _multipliers(
     given = zip(matrices, rates, strict=True)
     parts = [(np.ones(0), own) if f is None else without_motion(own, f) for own, f in given]
     values, moved = _sensitive_eigenvalues([across for _, across in parts])
+    known = zip(matrices, parts, rates, values, moved, strict=True)
     return [
-        (own, change) if f is None else (np.append(own, _of_motion(along, f)), np.append(change, 0))
-        for (along, _), f, own, change in zip(parts, rates, values, moved, strict=True)
+        (own, change) if f is None else _with_motion(own, change, factors, along, f)
+        for factors, (along, _), f, own, change in known
     ]
 
 
-def _of_motion(along: Array, rates: Array) -> float:
-    """Return the multiplier of a cycle's direction: one, but for errors of rates over the largest.
+def _with_motion(
+    values: Complex, moved: Array, matrices: Array, along: Array, rates: Array
+) -> tuple[Complex, Array]:
+    """Append the multiplier of a cycle's direction: one, but for errors of rates over the largest.
 
     Where a cycle nearly rests, as at the saddles of a heteroclinic loop, its direction is rounding.
-    Shapes: along (N,); rates (N, n).
+    Shapes: matrices (N, n, n); along (N,); rates (N, n).
     """
     speeds = np.linalg.norm(rates, axis=1)
-    return 1.0 + float((along * speeds - np.roll(speeds, -1)).sum() / speeds.max())
+    speeds = speeds / speeds.max()
+    value = 1.0 + (along * speeds - np.roll(speeds, -1)).sum()
+    lengths = np.linalg.norm(matrices, 2, axis=(1, 2))
+    return np.append(values, value), np.append(moved, lengths @ speeds)
 
 
 def _sensitive_eigenvalues(matrices: Sequence[Array]) -> tuple[Complex, Array]:
