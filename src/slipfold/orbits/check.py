@@ -225,20 +225,22 @@ def collocate(
 def mesh_errors(orbit: GivenOrbit) -> tuple[float, Array]:
     """Return the errors of states (scaled) and multipliers on a mesh such as branches have.
 
-    That with which branches begin, if it serves: a finer one has smaller errors than theirs. The
-    errors are the changes when the intervals are halved. The equations are made regular: where they
-    leave the place along the branch open, as near a homoclinic orbit, a change of place is no
-    error. Infinite where Newton's method does not converge. Returns a number and (n,).
+    That with which branches begin, if it serves: a finer one has smaller errors than theirs. It
+    serves no orbit that lingers nearly all the time, which its intervals step over. The errors are
+    the changes when the intervals are halved. The equations are made regular: where they leave the
+    place along the branch open, as near a homoclinic orbit, a change of place is no error. Infinite
+    where Newton's method does not converge. Returns a number and (n,).
     """
     model, period = orbit.model, orbit.period
     shot = orbits_at(model, period, len(orbit.nodes))
     guess = shot.unknown(orbit.nodes, model)
     scheme = shot.by.scheme(orbit.nodes, shot.constants(guess))
     first = shot.described_by(Collocation(model, shot.by.free, period, scheme=scheme))
-    orbits, z = fitted(first, first.adopt(shot, guess))
-    coarse = _Solution.near(orbits, z, singular=True)
-    halved = orbits.described_by(_halved(orbits.by))
-    fine = _Solution.near(halved, halved.adopt(orbits, coarse.z), singular=True)
+    coarse = _Solution.near(*fitted(first, first.adopt(shot, guess)), singular=True)
+    if not coarse.converged:
+        coarse = _Solution.near(*on_mesh(shot, guess), singular=True)
+    halved = coarse.orbits.described_by(_halved(coarse.orbits.by))
+    fine = _Solution.near(halved, halved.adopt(coarse.orbits, coarse.z), singular=True)
     if not (coarse.converged and fine.converged):
         return np.inf, np.full(len(orbit.multipliers), np.inf)
     one, other = (match_multipliers(orbit.multipliers, on.multipliers) for on in (coarse, fine))
