@@ -1,7 +1,5 @@
 """The same loci, special points and ends, whatever the step, the tolerance and the start."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
@@ -84,22 +82,13 @@ def test_at_any_step_and_tolerance(kind, period, largest, tolerance):
     check_same(found, expected(kind, period))
 
 
-# At Nd = 0.1 N the response doubles for directions across, near the internal resonance.
-RING = {"plane": ("f", "alpha"), "window": ((11.5, 13.5), (0.0, np.pi))}
-
-
-@cache
-def ring(value, largest=0.5):
-    branches = response("alpha", (0.0, np.pi), (("Nd", 0.1), ("f", value)))
-    points = bifurcations(branches, "PD")
-    assert points
-    settings = Settings(steps=Steps(largest=largest))
-    (found,) = follow_loci([points[0]], *RING.values(), switch=False, settings=settings)
-    return found
-
-
 def test_a_closed_locus_closes():
-    found = ring(12.5)
+    # At Nd = 0.1 N the response doubles for directions across, near the internal resonance.
+    plane, window = ("f", "alpha"), ((11.5, 13.5), (0.0, np.pi))
+    branches = response("alpha", (0.0, np.pi), (("Nd", 0.1), ("f", 12.5)))
+    point, *_ = bifurcations(branches, "PD")
+    settings = Settings(steps=Steps(largest=0.5))
+    (found,) = follow_loci([point], plane, window, switch=False, settings=settings)
     assert found.closed
     assert found.started.kind == found.stopped.kind == "closed"
     assert found.values[0] == pytest.approx(found.values[-1], abs=0.2)
@@ -117,7 +106,3 @@ def test_a_closed_locus_closes():
             p.values == pytest.approx(image, abs=1e-7) for p in found.special
             if p.type == point.type or {p.type, point.type} == {"MIN", "MAX"}
         )  # fmt: skip
-
-
-RARE = [(12.4, 0.1), (12.4, 0.25), (12.6, 0.1), (12.6, 1.0)]
-RINGS = [(12.6, 0.25), (12.4, 1.0), *(pytest.param(*item, marks=LONG) for item in RARE)]

@@ -143,7 +143,8 @@ def relative_sizes(equations: Equations) -> list[Expression]:
         return np.asarray(compiled(np.ascontiguousarray(inputs.T)).T)
 
     groups = invariant_groups(rates, equations.dimension)
-    return [_relative_size([equations.states[i] for i in group]) for group in groups]
+    squares = [hy.sum([equations.states[i] * equations.states[i] for i in g]) for g in groups]
+    return [0.5 + 0.4 * hy.sin(TURNS.faster / 2 * hy.log(each + 1e-300)) for each in squares]
 
 
 def invariant_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
@@ -184,11 +185,6 @@ def _vanishes(
         states[index, :, list(group)] = 0.0
     result = rates(states.reshape(-1, count)).reshape(states.shape)
     return np.asarray((result == 0).all(axis=1))
-
-
-def _relative_size(states: list[Expression]) -> Expression:
-    squares = hy.sum([state * state for state in states])
-    return 0.5 + 0.4 * hy.sin(TURNS.faster / 2 * hy.log(squares + 1e-300))
 
 
 EDGES = {

@@ -238,7 +238,8 @@ class _Line:
             z, tangents = np.vstack([first.z, z]), np.vstack([first.tangent, tangents])
             tests = np.vstack([tests[:1], tests])
             unstable = np.append(unstable[:1], unstable)
-        s = _arclengths(z, tangents)
+        lengths = arcs(np.diff(z, axis=0), tangents[:-1], tangents[1:])[0]
+        s = np.concatenate([[0.0], np.cumsum(lengths)])
         self.followed = FollowedOrbits(branch, result, s[-len(result.z) :])
         branch.steps[:] = list(zip(z, tangents, s.tolist(), strict=True))
         branch.stable = bool(unstable[0] == 0)
@@ -255,11 +256,6 @@ class _Line:
         branch.brackets.sort(key=lambda item: float(item.arclengths[:2].sum()))
         expected = [item.type for item in self._known.special if item.arclength < self._reached]
         return [item.kind for item in branch.brackets] == expected
-
-
-def _arclengths(z: Array, tangents: Array) -> Array:
-    lengths = arcs(np.diff(z, axis=0), tangents[:-1], tangents[1:])[0]
-    return np.concatenate([[0.0], np.cumsum(lengths)])
 
 
 def _thinned(s: Array, at_special: list[float]) -> list[int]:
