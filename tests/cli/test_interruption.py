@@ -49,6 +49,7 @@ def test_signals_that_are_sent_together_are_one(monkeypatch: pytest.MonkeyPatch)
         for _ in range(2):
             os.kill(os.getpid(), signal.SIGTERM)
 
+    monkeypatch.setattr(interruption, "TOGETHER", 60.0)
     assert not interrupted(twice)
     monkeypatch.setattr(interruption, "TOGETHER", 0.0)
     assert interrupted(twice)

@@ -9,18 +9,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from helpers.explorer_server import BASE, diagram, running_explorer
+from helpers.explorer_server import BASE, SLOW_PLANE, diagram, running_explorer
 from slipfold.interface.explorer.messages import parse_request
 from slipfold.interface.explorer.security import ServerLimits
 from slipfold.interface.explorer.workers import Job, Workers
-
-PLANE = {
-    "kind": "plane",
-    "id": 1,
-    "model": "sliding",
-    "x": {"name": "f", "span": [11.5, 13.5]},
-    "y": {"name": "Nd", "span": [0, 0.9]},
-}
 
 EXPONENTS = {"kind": "exponents", "id": 1, "model": "sliding"}
 
@@ -34,7 +26,7 @@ def explorer():
 
 def test_a_killed_worker_gives_a_sentence_and_a_fresh_one(explorer):
     with explorer.client() as client:
-        client.send(PLANE)
+        client.send(SLOW_PLANE)
         assert "progress" in client.receive()
         before = explorer.workers.processes
         os.kill(before[0], signal.SIGKILL)
@@ -49,9 +41,9 @@ def test_a_long_computation_ends_when_it_is_no_longer_wanted(explorer):
     # The plane takes many seconds; a text does not wait for it, and its worker is free at the next
     # point.
     with explorer.client() as client, explorer.http() as http:
-        client.send(PLANE)
+        client.send(SLOW_PLANE)
         assert "progress" in client.receive()
-        text = http.post("/api/export", json={"view": PLANE, "format": "python"}).text
+        text = http.post("/api/export", json={"view": SLOW_PLANE, "format": "python"}).text
         assert "sf.bifurcation_set(" in text
         processes = explorer.workers.processes
         client.send({"kind": "cancel", "id": 2, "of": "plane"})
@@ -63,7 +55,7 @@ def test_a_long_computation_ends_when_it_is_no_longer_wanted(explorer):
 
 def test_a_client_that_leaves_takes_its_requests_along(explorer):
     with explorer.client() as client:
-        client.send(PLANE)
+        client.send(SLOW_PLANE)
         assert "progress" in client.receive()
     with explorer.client() as client:
         assert client.ask(diagram(1))["branches"]
@@ -95,7 +87,7 @@ def computed(workers, *requests):
 
 def test_what_takes_too_long_is_given_up_and_a_worker_that_has_grown_is_replaced():
     limits = ServerLimits(seconds={"plane": 1e-3, "diagram": 60.0}, worker_bytes=1)
-    sentence, *replies = computed(Workers(None, 1, limits), PLANE, diagram(1), diagram(2))
+    sentence, *replies = computed(Workers(None, 1, limits), SLOW_PLANE, diagram(1), diagram(2))
     assert sentence.startswith("this took more than 0.001 s and was given up")
     assert all(b'"branches"' in reply.body for reply in replies)
 
@@ -137,7 +129,7 @@ def made(request, place=1):
 
 
 def test_quick_requests_go_first_and_none_waits_for_ever():
-    plane = made(PLANE, 1)
+    plane = made(SLOW_PLANE, 1)
     assert made(diagram(), 2).order < plane.order
     assert made(diagram(), 200).order > plane.order
     assert made(diagram(slot="pin:1"), 2).order > made(diagram(), 3).order

@@ -28,7 +28,7 @@ async (fragment) => {
   await heard;
 }
 """
-"""Follow a link within the page."""
+"""Give the page a link, which it may still read."""
 
 
 CONTROLS = "button, input, select, summary, label, h2, p, figure, .plot, .small-plot, .unit"
@@ -161,7 +161,9 @@ class ExplorerPage:
             self.page.goto(f"{self.address}#{fragment}{suffix}")
             self.is_loaded = True
         self.page.wait_for_function(
-            "(selector) => document.querySelector(selector)?.ariaBusy === 'false'", arg=DIAGRAM
+            "(selector) => document.querySelector(selector)?.ariaBusy === 'false'"
+            " && document.querySelector('#page').ariaBusy !== 'true'",
+            arg=DIAGRAM,
         )
         return self
 

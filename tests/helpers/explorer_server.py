@@ -22,6 +22,15 @@ PATIENCE = 120
 BASE = {"model": "sliding", "parameters": {"f": 12.5}, "vary": "Nd", "span": [0, 0.98]}
 """The paper's base case, Fig. 2."""
 
+SLOW_PLANE = {
+    "kind": "plane",
+    "id": 1,
+    "model": "sliding",
+    "x": {"name": "f", "span": [11.5, 13.5]},
+    "y": {"name": "Nd", "span": [0, 0.9]},
+}
+"""A plane that takes many seconds."""
+
 
 def diagram(number=1, **changes):
     return {"kind": "diagram", "id": number, "show": "x", **BASE, **changes}

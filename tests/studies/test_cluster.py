@@ -34,7 +34,7 @@ def processes():
 def test_a_cluster_computes_the_same_and_survives_its_workers(
     tmp_path, processes, monkeypatch, capfd
 ):
-    monkeypatch.setattr(TASKS, "scheduler_timeout", 2.0)
+    monkeypatch.setattr(TASKS, "scheduler_timeout", 5.0)
     undisturbed = content(sf.study(CHEAP), tmp_path)
     known = tmp_path / "scheduler.json"
     scheduler = processes(

@@ -47,6 +47,7 @@ def tab(context, address):
 def explorer(tab):
     """A tab that was used before; nothing may go wrong on it unseen."""
     yield tab
+    tab.page.mouse.move(5, 5)  # what is pointed at is shown, also when the page moves below it
     tab.page.evaluate("scrollTo(0, 0)")  # other tests point at the diagram
     assert tab.faults == []
 

@@ -8,12 +8,9 @@ import pytest
 from playwright.sync_api import expect
 
 from helpers.explorer_models import BRAKE_OF_FILE, HOSTILE, STIFFNESS
-from helpers.explorer_page import ExplorerPage, served, violations
+from helpers.explorer_page import FOLLOW, ExplorerPage, served, violations
 
 TEXT = ".editor textarea"
-
-SLOW = """() => { const ask = fetch; window.fetch = (...all) =>
-  new Promise((resolve) => setTimeout(resolve, 300)).then(() => ask(...all)); }"""
 
 HELD = """() => { const ask = fetch, answers = []; let open;
   const opened = new Promise((resolve) => { open = resolve; });
@@ -52,7 +49,7 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
         with page.expect_request("**/api/model"):
             write(editor, quintic)
         editor.slide("F", 0.15, "change")  # while the model is built
-    assert page.locator("header select").input_value() == "duffing (edited)"
+        expect(page.locator("header select")).to_have_value("duffing (edited)")
     assert editor.specials() != before
     assert editor.parameter("F") == 0.15  # what is set on the page stays
     assert editor.slider("e").count() == 1
@@ -78,10 +75,11 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     page.wait_for_selector(".plot[aria-busy=false]")
     assert editor.specials() == after
     # What is saved before its text has come waits for it.
-    page.evaluate(SLOW)
+    page.evaluate(HELD)
     page.get_by_role("button", name="Edit the model").click()
     with page.expect_download() as saving:
         page.get_by_role("button", name="Save", exact=True).click()
+        page.evaluate("release()")
     assert Path(saving.value.path()).read_text() == saved.read_text()
     editor.open("model=duffing&p.F=0.2")
     with editor.redrawn():
@@ -90,7 +88,7 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     assert editor.parameter("F") == 0.15
     # A link whose model is built late does not replace a newer one.
     page.evaluate(HELD)
-    editor.open(urlencode({"model": "late", "text": f"{quintic}\n"}))
+    page.evaluate(FOLLOW, urlencode({"model": "late", "text": f"{quintic}\n"}))
     editor.open("model=duffing&p.F=0.16")
     page.evaluate("release()")
     assert page.locator("header select").input_value() == "duffing"

@@ -181,8 +181,11 @@ function keepAddress(session, refusals) {
     const text = new URL(newURL).hash.slice(1);
     if (text === written) return;
     asked = text;
+    const page = document.getElementById("page");
+    page.setAttribute("aria-busy", "true"); // a model may be built first
     const { view, sentence } = await readLink(text, session.models);
     if (text !== asked) return; // a newer link was read sooner
+    page.setAttribute("aria-busy", "false");
     session.failed.announce({ kind: "link", sentence });
     if (view) session.store.commit(view);
   });
