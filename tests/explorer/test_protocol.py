@@ -317,22 +317,22 @@ def told_of(catalogue, **request):
     return [answer for answer in answers if "branches" in answer]
 
 
-def test_what_motions_settle_on_is_added_where_the_response_ends():
+def test_what_motions_settle_on_is_added_where_the_response_ends(monkeypatch):
+    monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", math.inf)
+    monkeypatch.setattr(PAGE, "filling", math.inf)
     model = sf.System.from_toml(FORCED_SLIDER)
     view = {"model": model.name, "vary": "F", "span": [0, 1.2]}
     *_, response, last = told_of(Catalogue(model), **view)
     # What is known is shown before more is looked for.
-    assert (response["more"], response["done"]) == (True, False)
-    assert last["done"]
+    assert (response["more"], response["done"], last["done"]) == (True, False, True)
     assert last["branches"][:1] == response["branches"]
     (end,) = (branch["stopped"] for branch in response["branches"])
     assert end["reason"].startswith("touches Vrel = 0")
     assert end["reason"].endswith("; no orbit was found beyond")
     assert end["beyond"]["direction"] == 1
     right = sf.response(model, "F", (0, 1.2), gaps=True)
-    assert [item["stopped"]["value"] for item in last["branches"]] == [
-        branch.stopped.value for branch in right.branches
-    ]
+    ends = [branch.stopped.value for branch in right.branches]
+    assert [item["stopped"]["value"] for item in last["branches"]] == ends
     assert len(right.branches) > 1
     # Where contacts begin to stick is marked as bifurcations are.
     marks = [(mark["type"], mark["value"]) for item in last["branches"] for mark in item["special"]]

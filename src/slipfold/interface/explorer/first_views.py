@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
-from time import perf_counter, process_time
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ class SCREEN:
     values: int = 17
     # Spans that are tried, over the distance of a slider's ends from the value
     widths: tuple[float, ...] = (1.0, 3.0)
-    seconds: float = 1.0  # the page waits for it
+    seconds: float = 1.0  # of a processor: the page waits for it
     # Processor seconds for responses of a forced model, of all and of one: nobody waits for them
     forced: float = 2.0
     one: float = 0.7
@@ -93,7 +93,7 @@ def chosen_span(model: Model) -> tuple[str, list[float]]:
     ('a', [-0.5, 1.0])
     """
     usual = model.varied_first or model.variable_parameters[0].name
-    until = perf_counter() + SCREEN.seconds
+    until = process_time() + SCREEN.seconds
     for width in SCREEN.widths if not model.forced else ():
         found = list(_screened(model, usual, width, until))
         if found:
@@ -145,7 +145,7 @@ def _screened(
     start = search_equilibrium(model, model.start)
     names = [item.name for item in model.variable_parameters]
     for name in sorted(names, key=lambda other: other != usual):
-        if start is None or perf_counter() > until:
+        if start is None or process_time() > until:
             return
         span = span_about(model, name, width)
         own, values = model.values[name], np.linspace(span[0], span[1], SCREEN.values)
