@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.foreign_systems import fitzhugh_nagumo
@@ -19,8 +20,6 @@ def hopf_current(eps):
 
 def closes_by_radau(orbit):
     """How far a stable orbit fails to close by an implicit Runge-Kutta method of order five."""
-    from scipy.integrate import solve_ivp
-
     model = orbit.model
     current, eps = model.values["I"], model.values["eps"]
 
@@ -164,8 +163,6 @@ def test_van_der_pol_from_a_center_to_a_thousand():
 
     Asymptotically (3 - 2 log 2) mu + 7.014 mu^(-1/3) (Dorodnitsyn 1947).
     """
-    from scipy.integrate import solve_ivp
-
     model = sf.System(
         name="van-der-pol",
         parameters={"mu": 0.0},
@@ -258,3 +255,21 @@ def test_carbon_monoxide_on_platinum_from_one_hopf_point_through_canards_to_the_
     assert [item.value for item in rest.special] == pytest.approx(published, abs=1e-6)
     assert [item.type for item in cycles.special] == ["LP", "LP"]
     assert (cycles.stopped.kind, diagram.checked.agree) == ("closed", True)
+
+
+def test_a_focus_that_a_canard_passes_is_no_saddle_of_a_loop():
+    # Peng, Scott and Showalter, J. Phys. Chem. 94 (1990) 5243: one equilibrium, whose focus is
+    # left at a rate of half a duration.
+    rates = {"a": "m*(10 + c) - a*b^2 - a", "b": "(a*b^2 + a - b)/0.005", "c": "(b - c)/0.02"}
+    model = sf.System(parameters={"m": 0.05}, states={name: rates[name] for name in "abc"})
+    settings = sf.Settings(largest_period=1)
+    _, cycles = sf.response(model, "m", (0.05, 0.3), settings=settings).branches
+    assert cycles.stopped.kind == "span"
+
+    def rates(_, q):
+        a, b, c = q
+        return [3 + 0.3 * c - a * b**2 - a, (a * b**2 + a - b) / 0.005, (b - c) / 0.02]
+
+    span, start = (0, cycles.durations[-1]), cycles.nodes[-1, 0]
+    end = solve_ivp(rates, span, start, "Radau", rtol=1e-9, atol=1e-10).y[:, -1]
+    assert end == pytest.approx(start, abs=1e-5)

@@ -175,12 +175,13 @@ def _neared(point: OrbitPoint, near: float = RULE.near) -> Neared:
     """Return which loop a cycle nears that is slowest beside a saddle, None if it is not.
 
     Only there does a longer one stay longer. Through a canard explosion the parameter stands still
-    as well, but the duration has a bound.
+    as well, but the duration has a bound, and no time is spent beside the equilibrium: to come
+    `near` and to leave again takes log(1/near) over the largest rates at least.
     """
     saddles = list[Array]()
     for beside in _slow_places(point, point.z, near):
-        growth = np.zeros(1) if beside is None else np.linalg.eigvals(beside[1]).real
-        if beside is not None and growth.max() > 0 > growth.min():
+        growth = np.zeros(1) if beside is None else np.linalg.eigvals(beside[1]).real  # a duration
+        if beside is not None and min(growth.max(), -growth.min()) > -np.log(near):
             turn = point.curve.orbits.model.angle_periods / point.curve.orbits.scales
             gaps = (np.abs(wrap_angles(beside[0] - other, turn)) for other in saddles)
             if all(gap.max() > RULE.near for gap in gaps):
