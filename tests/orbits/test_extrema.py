@@ -123,3 +123,16 @@ def test_of_maxima_nearly_as_high_the_highest_counts():
     found = find_extrema(model, parameters, nodes, 1, ["x"])
     np.testing.assert_allclose(found.maximum[:, 0], exact(times).max(axis=1), rtol=1e-7)
     np.testing.assert_allclose(found.minimum[:, 0], exact(times).min(axis=1), rtol=1e-7)
+
+
+@pytest.mark.parametrize("width", [1e-4, 1e-8])
+def test_a_spike_much_shorter_than_the_distance_of_samples_is_seen_where_they_jump(width):
+    ratio = f"(sin(2*pi*(t - 0.1234))/{width})"
+    model = sf.System(
+        parameters={"a": 1.0},
+        states={"x": "a*cos(2*pi*t) - x"},
+        outputs={"y": f"atan{ratio} + 10/(1 + {ratio}^2)"},
+        forcing={"period": "1"},
+    )
+    highest = np.arctan(10 - np.sqrt(99)) + 1 / (20 - 2 * np.sqrt(99))
+    assert sf.periodic_orbit(model).extrema.of("y")[1] == pytest.approx([highest], abs=1e-9)

@@ -51,7 +51,7 @@ class PEAKS:
     samples: int = 192
     zoom: int = 16  # samples of each closer look
     zooms: int = 2  # closer looks: the second resolves 1e-3 of a forcing period
-    max_zooms: int = 7  # where a trajectory turns sharply, as the speed of a relaxation
+    max_zooms: int = 10  # where a trajectory turns sharply: to a phase's last digits
     neighbors: int = 3  # samples to either side that a polynomial goes through: 1e-13 in value
     bend: float = 1e-4  # fraction of the value by which these may exceed the minimum
     # Sixth difference of samples, over the largest, up to which the polynomial through them is
@@ -205,31 +205,19 @@ def _extrema_of_orbits(
     rows, signs = np.ravel_multi_index((side, column, orbit), shape), 1.0 - 2.0 * side
     beside = values[orbit[:, None], (at[:, None] + _PLACES) % total, column[:, None]]
     beside *= signs[:, None]
-    found, rough = _least_between(beside), (~_is_smooth(beside)).nonzero()[0]
+    found, rough = _least_between(beside), ~_is_smooth(beside)
+    orbits, places = _jumps(values, np.ptp(values, axis=1))
+    rough |= (jumping := np.isin(orbit, orbits))
     column, orbit, at, signs = column[rough], orbit[rough], at[rough], signs[rough]
     earlier = orbit * total + (at - 1) % total
     states, start, width = samples[earlier], phases[earlier], np.full(len(orbit), spacing)
-    jumping, places = _jumps(values)
-    if len(jumping) and len(rough):
-        first, own = jumping * total + places, constants.rows(jumping)
-        closer = flow.sample(
-            samples[first], phases[first], phases[first] + spacing, PEAKS.zoom, own
+    if jumping.any():
+        first, lowest = orbits * total + places, signs * values[orbit, at, column]
+        _look_closer(
+            *(flow, constants, orbits, (samples[first], phases[first]), spacing, columns),
+            *(np.ptp(values, axis=1), (orbit, column, signs), (lowest, states, start, width)),
         )
-        times = phases[first, None] + np.arange(PEAKS.zoom) * (spacing / PEAKS.zoom)
-        flat = flow.outputs(
-            closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(PEAKS.zoom)
-        )
-        outputs = flat.reshape(*times.shape, -1)[:, :, columns]
-        lowest = signs * values[orbit, at, column]
-        for row in np.isin(orbit, jumping).nonzero()[0]:
-            pieces = (jumping == orbit[row]).nonzero()[0]
-            of_row = signs[row] * outputs[pieces, :, column[row]]
-            piece, place = divmod(int(of_row.argmin()), PEAKS.zoom)
-            if of_row[piece, place] < lowest[row]:
-                sample = pieces[piece], max(place - 1, 0)
-                states[row], start[row] = closer[sample], times[sample]
-                width[row] = spacing / PEAKS.zoom
-    if len(rough):
+    if rough.any():
         own = constants.rows(orbit)
         found[rough] = refine_minimum(flow, own, states, start, width, columns[column], signs)
     least = np.full(2 * len(columns) * count, np.inf)
@@ -274,18 +262,61 @@ def _lowest(values: Array) -> Indices:
     return np.concatenate(found, axis=1)
 
 
-def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return where an output jumps from one sample to the next, and beside: orbits and samples.
+def _look_closer(
+    flow: Flow,
+    constants: Constants,
+    orbits: Indices,
+    begins: tuple[Array, Array],
+    width: float,
+    columns: Indices,
+    spread: Array,
+    sought: tuple[Indices, Indices, Array],
+    best: tuple[Array, Array, Array, Array],
+) -> None:
+    """Look ever closer at where outputs jump, and improve the best samples of what is sought.
 
-    Shapes: values (n_orbits, n_samples, n_outputs).
+    A spike may be as short as 1e-10 of a period, so that samples lie on either side of it.
+    Shapes: orbits (p,) of the pieces and their `begins`, states (p, n) and phases (p,); spread
+    (n_orbits, n_outputs); orbit, output and sign of what is `sought` (k,); its `best` samples:
+    signed value, and state, phase and length of the interval before it, each (k, ...).
     """
-    after = np.roll(values, -1, axis=1)
-    jumps = (np.abs(after - values) > PEAKS.jump * np.ptp(values, axis=1, keepdims=True)).any(
-        axis=2
-    )
-    jumps |= np.roll(jumps, 1, axis=1) | np.roll(jumps, -1, axis=1)
-    orbits, samples = np.nonzero(jumps)
-    return orbits, samples
+    lowest, states, start, widths = best
+    count = PEAKS.zoom + 1  # the next piece begins with the last one
+    for _ in range(PEAKS.max_zooms):
+        width, own = width / PEAKS.zoom, constants.rows(orbits)
+        closer = flow.sample(*begins, begins[1] + count * width, count, own)
+        times = begins[1][:, None] + np.arange(count) * width
+        flat = flow.outputs(closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(count))
+        outputs = flat.reshape(*times.shape, -1)[:, :, columns]
+        for row in np.isin(sought[0], orbits).nonzero()[0]:
+            orbit, column, sign = (each[row] for each in sought)
+            pieces = (orbits == orbit).nonzero()[0]
+            of_row = sign * outputs[pieces, :, column]
+            if not of_row.min() < lowest[row]:
+                continue
+            piece, place = divmod(int(of_row.argmin()), count)
+            sample = pieces[piece], max(place - 1, 0)
+            lowest[row], widths[row] = of_row[piece, place], width
+            states[row], start[row] = closer[sample], times[sample]
+        rows, places = _jumps(outputs, spread[orbits], closed=False)
+        if not len(rows):
+            break
+        orbits, begins = orbits[rows], (closer[rows, places], times[rows, places])
+
+
+def _jumps(
+    values: Array, spread: Array, *, closed: bool = True
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where an output jumps from one sample to the next, and beside: rows and samples.
+
+    Shapes: values (n_rows, n_samples, n_outputs); spread (n_rows, n_outputs), the range of each.
+    """
+    after = np.roll(values, -1, axis=1) if closed else values[:, 1:]
+    change = np.abs(after - values[:, : after.shape[1]])
+    jumps = (change > PEAKS.jump * spread[:, None]).any(axis=2)
+    beside = np.pad(jumps, ((0, 0), (1, 1)), "wrap" if closed else "constant")
+    rows, samples = np.nonzero(jumps | beside[:, 2:] | beside[:, :-2])
+    return rows, samples
 
 
 def refine_minimum(
