@@ -110,3 +110,37 @@ def test_equal_masses_stick_and_slip_at_the_same_instants():
     for item in motion.sticking.intervals:
         ends[item.contact].append(item.end)
     assert ends["first"] == pytest.approx(ends["second"], abs=1e-12)
+
+
+def test_an_equilibrium_ends_where_its_surface_no_longer_slips():
+    # A mass that a dashpot holds back: c v = mu N, so that the slip Vd - v is Vd/100 at the end.
+    contact = {"slip": "Vd - v", "normal": "1", "friction": {"law": "Coulomb", "mu_k": 0.5}}
+    parameters = {"Vd": {"value": 3.0, "above": 0}, "c": 0.4}
+    model = sf.System(parameters=parameters, states={"v": "-c*v + F"}, contacts={"F": contact})
+    (sliding,) = sf.response(model, vary="Vd", span=(3, 0.5)).branches
+    assert sliding.kind == "equilibrium"
+    assert sliding.stopped.kind == "limit"
+    assert sliding.parameter[-1] == pytest.approx(0.5 / 0.4 / 0.99, rel=1e-9)
+
+
+def test_a_part_slips_on_a_shaken_trough_where_its_cone_of_friction_is_left():
+    # Along 30 degrees to a trough that rises by 2 degrees; its displacement is no state.
+    slope, along, mu = math.radians(2), math.radians(30), 0.4
+    model = sf.System(
+        parameters={"a": 2.0, "mu": mu, "g": 9.81},
+        formulas={"w": "2*pi*20"},
+        states={"v": {"rate": f"F - g*sin({slope})", "scale": 0.05}},
+        contacts={
+            "F": {
+                "slip": f"-a*cos({along})*sin(w*t)/w - v",
+                "normal": f"g*cos({slope}) - a*sin({along})*cos(w*t)",
+                "friction": {"law": "Coulomb", "mu_k": "mu"},
+            }
+        },
+        forcing={"period": "1/20", "amplitude": "a"},
+    )
+    (branch,) = sf.response(model, vary="a", span=(2, 6)).branches
+    held = 9.81 * (mu * math.cos(slope) + np.array([1, -1]) * math.sin(slope))
+    expected = held / (math.cos(along) + np.array([1, -1]) * mu * math.sin(along))
+    assert [item.type for item in branch.special] == ["GRAZE", "GRAZE"]
+    assert [item.value for item in branch.special] == pytest.approx(expected, rel=1e-8)

@@ -294,7 +294,7 @@ def through_stick(
     orbits = curve.orbits
     beyond = {name for contact in contacts_of(orbits.model) for name in contact.limits}
     limits = orbits.model.limits
-    if not beyond or not limits:
+    if not beyond or not limits or orbits.kind == "equilibrium":  # which ends where slip does
         return None
     earlier = None if before is None else margins_at(before)
     if limits[limit_met(margins_at(point), earlier)].name not in beyond:

@@ -210,7 +210,8 @@ class SwitchedShooting(Shooting):
         held = sorted({i for mode in modes for i in flow.mode(mode).held_at(constants)})
         wrong = np.hstack([displaced @ rates - slips, displaced[:, held]])
         wrong = np.abs(wrong).max(axis=1) / np.abs(slips).max(axis=1)
-        displaced /= np.linalg.norm(displaced, axis=1)[:, None]
+        lengths = np.linalg.norm(displaced, axis=1)  # zero where displacements are no states
+        displaced /= np.maximum(lengths, np.finfo(float).tiny)[:, None]
         ends = np.array([nodes[0], *(part.state for part in passed)]) / self.scales
         moved = np.abs(displaced @ np.diff(ends, axis=0).T).sum(axis=1)
         slip = np.array([own != stuck for own in ways.values()])
