@@ -35,6 +35,7 @@ class CHECKS:
     max_pieces: int = 2000  # beyond which multipliers are left alone, and a trajectory is not cut
     # Coordinates of all nodes, whose equations are a dense matrix: its singular vectors take 0.5 GB
     max_unknowns: int = 4000
+    finest: int = 30_000  # states at all edges of pieces that are halved more than twice
     batch: int = 160  # pieces that are halved at once, the first ones
     # Pieces of several orbits that are compared at once: more save nothing, and an interruption
     # waits for them

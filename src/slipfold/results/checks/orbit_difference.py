@@ -76,9 +76,11 @@ def implicit_difference(orbit: PeriodicOrbit, flow: Flow) -> Difference | None:
     return max(differences, key=lambda difference: difference.excess)
 
 
-FINER = (1, 2, 4)
+FINER = (1, 2, 4, 8, 16, 32)
 """Times as many pieces that are tried where the two methods seem to differ. What the orbit lacks
-is seen on all of them; what rounding adds, where modes are stiff, most on the finest."""
+is seen on all of them; what rounding adds, where modes are stiff, most on the finest. States are
+off by most on the first ones where pieces are long for a perturbation, as when a bubble collapses.
+"""
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,7 @@ def orbit_difference(
     conditioned, and of each multiplier its uncertainty, shape (n,), as far as that decides nothing.
     Multipliers that errors of that size change in their third digit are not known: then only the
     states decide, as long as a digit of the multipliers agrees. Of states that differ, the error of
-    a mesh on which such an orbit is computed is allowed as well.
+    a mesh on which such an orbit is computed is allowed as well, and what halving pieces changes.
     """
     free = _undecided(orbit, uncertainty)
     if rests(orbit.model, orbit.nodes):
@@ -171,12 +173,17 @@ def orbit_difference(
     for finer in FINER[len(tried) :]:
         if tried and _worst(tried[-1]) <= 1:
             break
+        few = finer * pieces * len(orbit.state) <= CHECKS.finest
+        if finer > FINER[2] and not (few and tried[-1].states.excess > 1):
+            break
         tried += _differences([orbit], [finer * pieces], free)
     states, multipliers = min(tried, key=_worst)[:2]
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
     if states.excess > 1:
-        states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)[0]))
+        changed = abs(tried[-1].states.value - tried[-2].states.value)
+        own = changed if changed <= CHECKS.loosest else 0.0  # the error of the finest pieces
+        states = replace(states, allowed=max(states.allowed, own, _allowed_by_meshes(orbit)[0]))
     unknown = multipliers.excess > 1 or multipliers.value > CHECKS.loosest
     if states.excess <= 1 and unknown and not falls:
         beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
