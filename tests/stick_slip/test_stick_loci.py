@@ -32,6 +32,19 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick_on_his_curve():
         assert load == pytest.approx(most_load(frequency, MU), rel=1e-10)
 
 
+def test_a_locus_is_met_between_points_that_its_own_windows_part():
+    tip = {"slip": "-v", "normal": "1", "friction": {"law": "Coulomb", "mu_s": "m", "mu_k": "m"}}
+    given = {"forcing": {"period": "2*pi/W"}, "contacts": {"tip": tip}}
+    rates = {"x": "v", "v": "cos(W*t) - 0.04*v - x + tip"}
+    model = sf.System(parameters={"W": 0.52, "m": 0.6}, states=rates, **given)
+    points = [
+        sticks_on(sf.periodic_orbit(model.replace(W=frequency, m=start)), "m", (start, end))
+        for frequency, start, end in ((0.52, 0.6, 0.2), (0.89, 0.9, 0.6))
+    ]
+    (locus,) = follow_loci(points, ("W", "m"), ((0.5, 2.0), (0.05, 0.9)))
+    assert {locus.started.kind, locus.stopped.kind} == {"window"}
+
+
 @pytest.fixture(scope="module")
 def turning():
     """A locus of an orbit that is not its own mirror image."""

@@ -323,14 +323,17 @@ def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) ->
 
 
 def _runs(points: Sequence[OrbitPoint]) -> Iterator[tuple[LocusEquations, list[OrbitPoint]]]:
-    """Points whose unknowns mean the same, each run with the last point of the one before."""
+    """Points whose unknowns mean the same, each run with the first point of the next one.
+
+    That point was found by the same equations: those of the next run may not hold so far back.
+    """
     for curve, run in groupby(points, lambda point: point.curve):
         own = list(run)
-        before = points.index(own[0]) - 1
-        again = curve.converted(points[before]) if before >= 0 else None
+        after = points.index(own[-1]) + 1
+        again = curve.converted(points[after]) if after < len(points) else None
         if again is not None:
-            place = own[0].arclength - arc_between(again, own[0])
-            own.insert(0, replace(again, arclength=place))
+            place = own[-1].arclength + arc_between(own[-1], again)
+            own.append(replace(again, arclength=place))
         yield curve, own
 
 
