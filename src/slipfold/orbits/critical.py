@@ -209,15 +209,13 @@ class Critical(OrbitCurve):
         return {}
 
 
-def doubled_orbit(
-    orbits: Orbits, z: Array, residual: float, part: Linearization | None = None
-) -> OrbitPoint:
+def doubled_orbit(orbits: Orbits, z: Array, residual: float) -> OrbitPoint:
     """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.
 
     That is the critical direction, which changes sign from one period to the next. To first order
     no parameter changes.
     """
-    part = part or orbits.linearize(z)
+    part = orbits.linearize(z)
     values, vectors = np.linalg.eig(part.product)
     direction = vectors[:, np.argmin(np.abs(values + 1))].real
     along = [direction]

@@ -107,7 +107,7 @@ def emanating_branches(
         first = [hopf_cycle(orbits, z, residual, method, frequency=each) for each in several]
         return sorted(first, key=lambda each: each.curve.duration(each.z))
     if found.type == "PD" and 2 * orbits.period <= largest:
-        return [doubled_orbit(orbits, z, residual, found.point.linearization)]
+        return [doubled_orbit(orbits, z, residual)]
     return []
 
 
