@@ -21,7 +21,7 @@ def vector(direction):
 
 def sliding(reduction=None):
     load = sf.ContactLoad(ACROSS, Ns=10, kn=STIFF)
-    contact = sf.FrictionContact([ALONG], sf.Coulomb(mu_s=1.0, mu_k=0.5), load, Vd=SPEED)
+    contact = sf.FrictionContact([ALONG], sf.Coulomb(mu_k=0.2), load, Vd=SPEED)
     damping = sf.ProportionalDamping(0.02, 2e-5)
     return sf.Structure(M, damping, K, contacts=contact, reduction=reduction)
 

@@ -36,7 +36,7 @@ def test_a_group_has_its_parameters_once():
              FrictionContact("b", LAW, Vd=0, group="ring")]  # fmt: skip
     model = ring(*group, F=1.0, f=0.2)
     assert [item.name for item in model.parameters] == [
-        "f", "Ns_ring", "Vd_ring", "mu_s_ring", "mu_k_ring", "e_ring", "F", "phi"
+        "f", "Ns_ring", "Vd_ring", "mu_k_ring", "e_ring", "F", "phi"
     ]  # fmt: skip
     assert model.values["Ns_ring"] == 2.0
     assert {"N_left", "N"} <= {item.name for item in model.outputs()}
@@ -58,13 +58,25 @@ def test_contacts_along_one_direction_add_up():
 
 
 def test_some_parameters_of_a_group():
-    group = {"mu_k": "ring", "mu_s": "ring"}
+    group = {"mu_k": "ring", "e": "ring"}
     model = ring(*(FrictionContact(at, LAW, n, group=group) for n, at in enumerate("ab", 2)))
     names = [item.name for item in model.parameters]
-    assert names[1:6] == ["Ns_a", "Vd_a", "mu_s_ring", "mu_k_ring", "e_a"]
+    assert names[1:6] == ["Ns_a", "Vd_a", "mu_k_ring", "e_ring", "Ns_b"]
     assert model.values["Ns_a"] == 2.0
     assert model.values["Ns_b"] == 3.0
     assert Structure.from_tables(model.to_tables()) == model
+
+
+def test_one_coefficient_is_one_parameter_at_rest_and_in_slip():
+    stuck = []
+    for law in (sf.Coulomb(mu_k=0.1), sf.Coulomb(mu_s=0.8, mu_k=0.8)):
+        contact = FrictionContact("a", law, 1.0, Vd=0)
+        model = Structure([[1]], [[0.05]], [[1]], names="a", contacts=contact,
+                          forcing=HarmonicForce("a", F=1), f=0.1)  # fmt: skip
+        orbit = sf.periodic_orbit(model.replace(mu_k=0.8))
+        stuck.append((orbit.stuck_fraction, *orbit.state))
+    assert 0 < stuck[0][0] < 1
+    np.testing.assert_allclose(*stuck, rtol=1e-9)
 
 
 def test_forces_of_a_group_need_no_level():

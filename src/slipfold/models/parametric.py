@@ -22,7 +22,7 @@ SECTIONS = ("Raises", "References", "Examples")
 def described(parameter: Parameter, default: Any = MISSING) -> Any:
     """Return the dataclass field that holds the value of a parameter.
 
-    A default of None stands for a value that the class derives in `prepare`.
+    A parameter whose default is None is none unless it is given, or `prepare` gives it a value.
     """
     given = parameter.default if default is MISSING else default
     return field(default=given, metadata={"parameter": parameter})
@@ -116,7 +116,8 @@ class Parametric(Documented):
         for item in _fields(type(self)):
             value, parameter = getattr(self, item.name), item.metadata.get("parameter")
             if parameter is not None:
-                yield parameter, value
+                if value is not None:
+                    yield parameter, value
             elif isinstance(value, Parametric):
                 yield from value._pairs()
             else:
@@ -166,7 +167,8 @@ class Parametric(Documented):
         for item in _fields(type(self)):
             value, parameter = getattr(self, item.name), item.metadata.get("parameter")
             if parameter is not None:
-                changes[item.name] = value_of(parameter.name, parameter, value)
+                if value is not None:
+                    changes[item.name] = value_of(parameter.name, parameter, value)
             elif isinstance(value, Parametric):
                 changes[item.name] = value._with(value_of)
             elif several := _several(value):
@@ -186,7 +188,7 @@ def _as_read(item: dataclasses.Field[Any], given: Any, title: str) -> Any:
 
 def _as_number(item: dataclasses.Field[Any], given: Any, title: str) -> Any:
     parameter = item.metadata.get("parameter")
-    if parameter is None:
+    if parameter is None or (given is None and item.default is None):
         return given
     return parameter.check(parse_quantity(given, parameter.unit, parameter.name))
 

@@ -27,18 +27,18 @@ _CONSTANT = replace(KINETIC, default=STATIC.default)
 
 @dataclass(frozen=True)
 class _ConstantCoefficients(FrictionLaw):
-    """Base of laws with one coefficient, unless a second one is given."""
+    """Base of laws with two coefficients, of which one that is given alone is both."""
 
-    mu_s: float = described(STATIC, None)
-    mu_k: float = described(_CONSTANT, None)
+    mu_s: Any = described(STATIC, None)
+    mu_k: Any = described(_CONSTANT, None)
 
     def prepare(self) -> None:
-        """Let the coefficient that is not given be the other one."""
+        """Let the one coefficient be that of slip."""
         super().prepare()
-        values = {name: getattr(self, name) for name in ("mu_s", "mu_k")}
-        given = [value for value in values.values() if value is not None] or [STATIC.default]
-        for name, value in values.items():
-            object.__setattr__(self, name, given[0] if value is None else value)
+        if self.mu_k is None:
+            alone = self.mu_s is not None
+            object.__setattr__(self, "mu_k", self.mu_s if alone else STATIC.default)
+            object.__setattr__(self, "mu_s", None if alone else STATIC.default)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Coulomb(_ConstantCoefficients):
         \mu(v) = \mu_k \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
 
     In slip ``mu_k`` alone acts; ``mu_s`` says when a contact begins to slip. If one of them is
-    given, the other is equal to it.
+    given, it is both: the law has one parameter, ``mu_k``.
 
     References
     ----------
@@ -61,8 +61,8 @@ class Coulomb(_ConstantCoefficients):
     --------
     >>> Coulomb(mu_s=0.5, mu_k=0.4).force((0.0, 3.0), normal=2.0)
     (0.0, 0.8)
-    >>> Coulomb(mu_k=0.3).mu_s
-    0.3
+    >>> Coulomb(mu_k=0.3).values, Coulomb(mu_k=0.3).stiction
+    ({'mu_k': 0.3}, 0.3)
     """
 
     title: ClassVar[str] = "Coulomb"
@@ -81,7 +81,7 @@ class CoulombViscous(_ConstantCoefficients):
 
         \mu(v) = \mu_k + \sigma_2 v \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
 
-    If one of ``mu_s`` and ``mu_k`` is given, the other is equal to it.
+    If one of ``mu_s`` and ``mu_k`` is given, it is both, and the parameter ``mu_k``.
 
     References
     ----------
