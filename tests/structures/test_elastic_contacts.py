@@ -28,6 +28,17 @@ def test_the_memory_sees_the_normal_motion_and_its_acceleration():
     assert rates[4] == pytest.approx(memory, rel=1e-12)
 
 
+def test_an_elastic_contact_that_separates_says_so():
+    load = sf.ContactLoad("a", Ns=0.2, kn=1.0)
+    lifted = sf.Structure(
+        np.eye(2), 0.05 * np.eye(2), [[1, -0.3], [-0.3, 1.2]], names="a b",
+        contacts=sf.FrictionContact("b", sf.Jenkins(kt=1), load, Vd=0),
+        forcing=sf.HarmonicForce("a", F=1), f=0.1,
+    )  # fmt: skip
+    with pytest.raises(sf.InputError, match="lost contact: the normal force fell"):
+        sf.periodic_orbit(lifted)
+
+
 def test_an_elastic_contact_loses_the_energy_of_its_closed_form():
     # A mass on a surface at rest, driven hard enough for the contact to give way. Whatever the
     # motion does between its two turning points, the sharp element loses 4 mu N (a - mu N/kt).

@@ -19,7 +19,7 @@ from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.discretization import STAGES, Discretization
 from slipfold.orbits.kinds import STANDING
-from slipfold.orbits.limits import limit_met, margins_at
+from slipfold.orbits.limits import LIMIT, limit_met, margins_at
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.meshes import INTERVALS
@@ -83,7 +83,7 @@ def continue_to(
     bounds = [(-1, min(begin, end), max(begin, end))]
     for point in CurveSteps(curve, [start], 0.01, bounds, stepping).points():
         if isinstance(point, Failure):
-            return point
+            return point if reached is None else _by_a_limit(start, reached) or point
         wrong = refuse(point)
         if wrong is not None:
             return Failure("limit", wrong)
@@ -91,6 +91,19 @@ def continue_to(
     if reached is None or reached.z[-1] != end:
         return Failure("turned", "it turns back before")
     return reached
+
+
+def _by_a_limit(first: OrbitPoint, last: OrbitPoint) -> Failure | None:
+    """Return the limit that a curve ends at: of the first orbit's margin next to none is left."""
+    orbits = last.curve.orbits
+    limits = orbits.model.limits
+    if not limits or not orbits.by.smooth:
+        return None
+    margins, left = margins_at(first), margins_at(last)
+    met = limit_met(left, margins)
+    if not left[met] < LIMIT.near * margins[met]:
+        return None
+    return Failure("limit", limits[met].reason.format(value=left[met] + limits[met].bound))
 
 
 class Met(NamedTuple):
