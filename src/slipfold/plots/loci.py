@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.loci.locus import Locus, locus_title
+from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.loci.window import Window
 from slipfold.errors import InputError
 from slipfold.flow.modes import MET
@@ -160,7 +160,7 @@ def legend_options(
 
 def _lines(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
     kinds = {
-        (locus.type, locus.period, segment.kind, locus.kind, locus.quantity)
+        (locus.type, locus.period, segment.kind, locus.kind, locus.heading)
         for diagram in diagrams
         for locus in diagram.loci
         for segment in locus_segments(locus)
@@ -168,7 +168,7 @@ def _lines(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
     order = [*LOCUS_COLORS, *CONTACT_DASHES]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
-        text = locus_title(kind[0], kind[1], *kind[3:]) + ", " * bool(kind[2]) + kind[2]
+        text = kind[4] + ", " * bool(kind[2]) + kind[2]
         handles.append(Line2D([], [], label=text, **line_style(*kind[:4])))
     return handles
 

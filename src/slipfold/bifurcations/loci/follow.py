@@ -427,7 +427,8 @@ class _Loci(CurveSet[OrbitPoint]):
 def title_of(curve: LocusEquations) -> str:
     """Return the title of a locus that is followed."""
     orbits = curve.orbits
-    return locus_title(curve.condition, orbits.period, orbits.kind, curve.quantity)
+    forced = orbits.model.forced
+    return locus_title(curve.condition, orbits.period, orbits.kind, forced, curve.quantity)
 
 
 def _sort(curve: LocusEquations) -> tuple[str, str, int, str]:

@@ -131,7 +131,7 @@ class Locus(OrbitSeries):
     @property
     def heading(self) -> str:
         """What it is a locus of, e.g. ``"PD of period 2"``."""
-        return locus_title(self.type, self.period, self.kind, self.quantity)
+        return locus_title(self.type, self.period, self.kind, self.model.forced, self.quantity)
 
     @cached_property
     def criticality(self) -> list[str | None]:
@@ -196,13 +196,17 @@ def hopf_duration(eigenvalues: Complex) -> float:
     return 2 * np.pi / float(nearest.imag) if on_axis else np.nan
 
 
-def locus_title(type_: str, period: int, kind: str, quantity: str = "") -> str:
+def locus_title(type_: str, period: int, kind: str, forced: bool, quantity: str = "") -> str:
     """Return e.g. ``"PD of period 2"``, ``"HB of equilibria"`` or ``"largest max x of period 1"``.
 
-    >>> locus_title("LP", 1, "equilibrium")
+    >>> locus_title("LP", 1, "equilibrium", forced=False)
     'LP of equilibria'
+    >>> locus_title("PD", 2, "periodic", forced=False)
+    'PD of cycles of period 2'
     """
     of = "equilibria" if kind == "equilibrium" else f"period {period}"
+    if not forced and kind == "periodic":
+        of = "cycles" if period == 1 else f"cycles of {of}"
     return f"{POINT_TYPES[type_].title} {quantity} of {of}" if quantity else f"{type_} of {of}"
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.loci.locus import Locus, LocusPoint, locus_title
+from slipfold.bifurcations.loci.locus import Locus, LocusPoint
 from slipfold.bifurcations.loci.region_map import RegionMap
 from slipfold.bifurcations.loci.window import LocusLine
 from slipfold.continuation.end import End
@@ -222,7 +222,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
         "id": locus.id,
         "type": locus.type,
         "period": locus.period,
-        "name": locus_title(locus.type, locus.period, locus.kind),
+        "name": locus.heading,
         "segments": [
             {"criticality": line.kind, "x": short(line.points[:, 0]), "y": short(line.points[:, 1])}
             for line in locus_segments(locus)
@@ -236,12 +236,11 @@ def _locus(locus: Locus) -> dict[str, Any]:
 def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
     position = place_text(point.model, point.vary, point.certain_values)
     name = point.name[0].upper() + point.name[1:]
-    title = locus_title(locus.type, locus.period, locus.kind)
     return {
         "type": point.type,
         "x": number(point.values[0]),
         "y": number(point.values[1]),
-        "sentence": f"{name} on the {title} at {position}",
+        "sentence": f"{name} on the {locus.heading} at {position}",
         "meaning": meaning_of(point.type),
     }
 

@@ -3,6 +3,7 @@
 import { Choice, button, element, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { lineStyle, nameOf, regimeKeys, regionColor } from "./plane_plot.js";
+import { roundStep, snapped } from "./plot_tools.js";
 import { asSentence, display, withUnit } from "./quantities.js";
 import { Signal } from "./store.js";
 import { colors } from "./theme.js";
@@ -162,8 +163,14 @@ function distinct(keys) {
   return [...new Map(keys.map((key) => [key.name, key])).values()];
 }
 
-/** How far beside a point of codimension two the diagrams lie that show what changes, over the window. */
+/** How far beside a point of codimension two the diagrams lie at most that show what changes, over the window. */
 const BESIDE = 0.06;
+
+/** How far beside it they lie: half the way to where something else changes. */
+function beside({ x }, points, [low, high]) {
+  const others = points.map((other) => Math.abs(other.x - x)).filter((gap) => gap > 1e-6 * (high - low));
+  return Math.min(BESIDE * (high - low), ...others.map((gap) => gap / 2));
+}
 
 export class PointCard {
   /** The element to put on the plot. */
@@ -179,23 +186,30 @@ export class PointCard {
   /**
    * Explain a point, with buttons that lead to the diagrams on both sides of it.
    * @param {{x: number, y: number, sentence: string, meaning: string}} point
+   * @param {object[]} points of all loci
    * @param {[number, number]} at where it is on the plot, in pixels
    */
-  show(point, [px, py]) {
+  show(point, points, [px, py]) {
     const { x } = this.#session.view.plane;
+    const quantity = this.#session.quantity(x.name);
+    const { factor } = display(quantity);
+    const away = beside(point, points, x.span);
     const side = (sign) => {
-      const value = inside(point.x + sign * BESIDE * (x.span[1] - x.span[0]), x.span);
-      const quantity = this.#session.quantity(x.name);
-      return button(`${quantity.label} = ${withUnit(quantity, Number(value.toPrecision(4)))}`,
+      const round = snapped((point.x + sign * away) * factor, roundStep(away * factor, 0.1)) / factor;
+      const value = inside(round, x.span);
+      return button(`${quantity.label} = ${withUnit(quantity, value, 9)}`,
         () => this.#go(value, point.y), { class: "small-button" });
     };
     this.node.replaceChildren(
       element("p", {}, `${point.sentence}.`), element("p", {}, point.meaning),
       element("div", { class: "sentence" }, element("span", {}, "Diagrams beside it:"), side(-1), side(1),
         button("Close", () => this.hide(), { class: "quiet" })));
-    const { clientWidth } = this.node.parentElement;
-    this.node.style.transform = `translate(${Math.max(Math.min(px - 40, clientWidth - 270), 4)}px, ${py > 150 ? `calc(${py - 12}px - 100%)` : `${py + 12}px`})`;
     this.node.hidden = false;
+    const { clientWidth, clientHeight } = this.node.parentElement;
+    const { offsetWidth, offsetHeight } = this.node;
+    const above = py - 12 - offsetHeight;
+    const top = above < 0 ? inside(py + 12, [0, clientHeight - offsetHeight]) : above;
+    this.node.style.transform = `translate(${inside(px - 40, [4, clientWidth - offsetWidth - 4])}px, ${top}px)`;
   }
 
   /** Take it away. */
@@ -207,7 +221,6 @@ export class PointCard {
   #go(value, y) {
     const { view, store } = this.#session;
     const { plane } = view;
-    this.hide();
     store.commit({
       ...withVaried(view, plane.y.name, plane.y.span),
       parameters: { ...view.parameters, [plane.x.name]: value, [plane.y.name]: inside(y, plane.y.span) },

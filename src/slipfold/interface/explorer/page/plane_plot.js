@@ -283,10 +283,11 @@ class UnderPointer {
 }
 
 function sentence({ x, y, at, shown, picture, point, line }) {
-  if (point) return `${point.sentence}; click it for what it means.`;
+  if (point) return `${point.sentence}. Click it.`;
   const values = [x, y].map((axis, i) => `${axis.label ?? axis.name} = ${withUnit(axis, Number(at[i].toPrecision(4)))}`);
   const known = [...(line ? [line] : []), ...regimeAt(picture, at), ...regionAt(shown?.regions, at)];
-  return `${values.join(", ")}${known.length ? ": " : ""}${known.join("; ")}. A click simulates there.`;
+  const hint = known.length < 2 ? " A click simulates there." : ""; // three lines hold no more
+  return `${values.join(", ")}${known.length ? ": " : ""}${known.join("; ")}.${hint}`;
 }
 
 function regionAt(regions, at) {
@@ -311,8 +312,8 @@ function meetAt(plane, pixelOf, [px, py]) {
     const [qx, qy] = pixelOf(x, y);
     return Math.hypot(qx - px, qy - py);
   };
-  const point = markedPoints(plane).find(({ x, y }) => gap(x, y) < REACH);
-  if (point) return { point };
+  const [nearest] = markedPoints(plane).map((point) => ({ point, away: gap(point.x, point.y) })).sort((a, b) => a.away - b.away);
+  if (nearest?.away < REACH) return { point: nearest.point };
   for (const locus of plane.loci) {
     for (const { criticality, x, y } of locus.segments) {
       for (let i = 0; i + 1 < x.length; i++) {
@@ -437,6 +438,7 @@ export class PlanePlot {
     const shown = answer ?? (loci ? { loci, regions: null } : lines.length > 0 && draftOf([...this.#lines.values()]));
     // What belongs to other values is pale, and gives way to the first lines of what is requested.
     if (shown || stale) this.node.classList.toggle("stale", stale);
+    if (stale) this.#card.hide();
     if (!shown) return;
     this.#isOfAsked = true;
     this.#shown = shown;
@@ -525,7 +527,7 @@ export class PlanePlot {
     if (!this.#map.isInside(...at(event))) return;
     const { point } = event.target === this.#point ? {} : this.#meetAt(at(event));
     if (point) {
-      this.#card.show(point, at(event));
+      this.#card.show(point, this.#shown.loci.flatMap(({ special }) => special), at(event));
       return;
     }
     event.preventDefault();

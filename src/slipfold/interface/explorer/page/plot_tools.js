@@ -348,7 +348,7 @@ function boxAround([x, y], width, height) {
 function outside([left, top, right, bottom], frame) {
   const [ends, floor] = [frame.left + frame.width, frame.top + frame.height];
   const beyond = [frame.left - left, frame.top - top, right - ends, bottom - floor].map((value) => Math.max(value + CLEAR, 0));
-  return 5 * beyond.reduce((sum, value) => sum + value, 0);
+  return 100 * beyond.reduce((sum, value) => sum + value, 0);
 }
 
 function overlap(box, others) {
