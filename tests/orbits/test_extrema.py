@@ -136,3 +136,14 @@ def test_a_spike_much_shorter_than_the_distance_of_samples_is_seen_where_they_ju
     )
     highest = np.arctan(10 - np.sqrt(99)) + 1 / (20 - 2 * np.sqrt(99))
     assert sf.periodic_orbit(model).extrema.of("y")[1] == pytest.approx([highest], abs=1e-9)
+
+
+def test_rounding_errors_of_outputs_that_are_constant_hide_no_peak():
+    model = sf.System(
+        parameters={"r": 0.5},
+        states={"x": "r*x - 2*y - x*(x^2 + y^2)", "y": "2*x + r*y - y*(x^2 + y^2)"},
+        outputs={"radius": "sqrt(x^2 + y^2)", "nothing": "((x + y)^2 - x^2 - y^2) - 2*x*y"},
+    )
+    found = sf.periodic_orbit(model).extrema  # closer looks at each took all memory
+    assert np.ravel(found.of("radius")) == pytest.approx(np.sqrt([0.5, 0.5]), rel=1e-9)
+    assert np.ravel(found.of("nothing")) == pytest.approx([0.0, 0.0], abs=1e-14)

@@ -299,7 +299,7 @@ def _look_closer(
             lowest[row], widths[row] = of_row[piece, place], width
             states[row], start[row] = closer[sample], times[sample]
         rows, places = _jumps(outputs, spread[orbits], closed=False)
-        if not len(rows):
+        if not 0 < len(rows) * closer[0].size <= PEAKS.memory:  # else rounding errors, everywhere
             break
         orbits, begins = orbits[rows], (closer[rows, places], times[rows, places])
 
@@ -313,7 +313,8 @@ def _jumps(
     """
     after = np.roll(values, -1, axis=1) if closed else values[:, 1:]
     change = np.abs(after - values[:, : after.shape[1]])
-    jumps = (change > PEAKS.jump * spread[:, None]).any(axis=2)
+    rounding = PEAKS.smooth * np.abs(values).max(axis=1)  # all that changes where one is constant
+    jumps = (change > (PEAKS.jump * spread + rounding)[:, None]).any(axis=2)
     beside = np.pad(jumps, ((0, 0), (1, 1)), "wrap" if closed else "constant")
     rows, samples = np.nonzero(jumps | beside[:, 2:] | beside[:, :-2])
     return rows, samples
