@@ -111,7 +111,10 @@ def test_a_model_and_a_type_are_enough():
         (lambda m, p: sf.locus(p, ("a", "b"), WINDOW, type="HB"), "goes with a model"),
         (lambda m, p: sf.locus(m, ("a", "b"), WINDOW, type="CH"), "no loci of type 'CH'"),
         (lambda m, p: sf.locus(m, ("a", "b"), WINDOW, switch=False), "a model is given"),
-        (lambda m, p: sf.bifurcation_set(m, ("a", "b"), WINDOW), "lure is autonomous"),
+        (
+            lambda m, p: sf.bifurcation_set(m, ("a", "b"), WINDOW, regions=True),
+            "lure is autonomous",
+        ),
         (
             lambda m, p: sf.locus(
                 sf.SlidingOscillator(), ("f", "Nd"), ((12, 13), (0, 0.5)), type="HB"

@@ -94,7 +94,9 @@ def test_on_a_wall_the_oscillator_comes_to_rest(forced):
 def test_loci_and_maps_are_not_followed_on_a_wall():
     for follow in (
         lambda: sf.response(sliding(0.1, 0.6), "Vd", (0.6, 0)),
-        lambda: sf.bifurcation_set(sliding(0.1, 0.0), ("f", "Nd"), ((12, 13), (0, 0.1))),
+        lambda: sf.bifurcation_set(
+            sliding(0.1, 0.0), ("f", "Nd"), ((12, 13), (0, 0.1)), regions=True
+        ),
         lambda: sf.threshold_map(
             sliding(0.1, 0.6), "Nd", over={"Vd": [0, 1], "f": [12, 13]}, span=(0, 0.1)
         ),

@@ -23,13 +23,23 @@ FOCUS = f"""
 """
 
 
+STOPPED = """() => {
+  const stop = [...document.querySelectorAll(".progress button")].find(
+    ({ textContent }) => textContent === "Stop");
+  const isDrawn = document.querySelector("[aria-label='Lines and areas of the plane'] li") !== null;
+  if (isDrawn && stop.checkVisibility()) stop.click();
+  return isDrawn && !stop.checkVisibility();
+}"""
+"""Stop a plane that shows something, unless it is complete."""
+
+
 @pytest.fixture(scope="module")
 def still(context, address):
     """A page that shows all its panels and computes nothing more."""
     explorer = ExplorerPage(context.new_page(), address)
     explorer.page.set_viewport_size({"width": 1280, "height": 1700})
     explorer.open("model=sliding&p.Nd=0.3", plane=True)
-    explorer.page.get_by_role("button", name="Stop", exact=True).click()
+    explorer.page.wait_for_function(STOPPED)
     explorer.orbit_shown(2)
     yield explorer
     explorer.page.close()
