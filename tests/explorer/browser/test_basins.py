@@ -24,7 +24,7 @@ def test_the_picture_becomes_finer_and_a_click_lets_a_motion_go(explorer):
     page.evaluate(NOTE)
     page.get_by_role("button", name="Compute the basins").click()
     plot = page.locator(".basins-plot")
-    page.wait_for_function("sizes.includes('48')")  # which may be gone soon
+    page.wait_for_function("() => sizes.includes('48')")  # which may be gone soon
     assert page.evaluate("sizes.filter(Boolean).slice(0, 2)") == ["16", "48"]
     *shares, boundary = page.locator(".basins-legend li").all_inner_texts()
     assert len(shares) == 2
