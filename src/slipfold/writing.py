@@ -31,11 +31,12 @@ def inputs_kept() -> Iterator[None]:
         _OUTPUTS.reset(token)
 
 
-def as_path(given: object) -> Path:
+def as_path(given: object, example: str = "result.nc") -> Path:
     """Return the path of a file, or refuse what is none."""
-    if not isinstance(given, str | os.PathLike) or given == "":
-        raise InputError(f"{given!r} is no path of a file; give one, such as 'result.nc'")
-    return Path(given)
+    path = os.fspath(given) if isinstance(given, os.PathLike) else given
+    if not isinstance(path, str) or not path:
+        raise InputError(f"{given!r} is no path of a file; give one, such as {example!r}")
+    return Path(path)
 
 
 def to_read(path: str | Path) -> Path:

@@ -176,7 +176,7 @@ PLANE = {
 
 def test_a_plane_tells_its_progress_and_has_the_loci(client):
     *progress, plane = ask_all(client, PLANE)
-    assert plane["unfinished"] is None
+    assert plane["note"] is None
     assert all(set(item) >= {"progress", "done"} for item in progress)
     # Loci come while they are followed, and all of them before the regions.
     [followed] = [item["loci"] for item in progress if "loci" in item]
@@ -360,7 +360,18 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
     monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
     *_, last = told_of(Catalogue())
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")
-    monkeypatch.setattr(PAGE, "loci", 0.0)
-    *_, plane = answers_to(PLANE)
-    assert (plane["done"], plane["regions"]) == (True, None)
-    assert "takes long" in plane["unfinished"]
+    contact = {"slip": "-v", "normal": "0.3", "friction": sf.Coulomb(mu_k=1.0)}
+    dry = sf.System(
+        parameters={"A": 0.1, "w": 1.0},
+        forcing={"period": "2*pi/w"},
+        states={"x": "v", "v": "A*cos(w*t) - x - 0.1*v + tip"},
+        contacts={"tip": contact},
+    )
+    axes = {"x": {"name": "A", "span": [0.1, 0.2]}, "y": {"name": "w", "span": [1, 1.1]}}
+    answering = Answering(Catalogue(dry))
+    # What is not followed to its end is not kept, and without regions it is said why.
+    for limit, note in (0.0, "takes long"), (math.inf, "no regions: the slip of the contact tip"):
+        monkeypatch.setattr(PAGE, "loci", limit)
+        *_, plane = answers_to({**PLANE, "model": dry.name, **axes}, answering)
+        assert (plane["done"], plane["regions"]) == (True, None)
+        assert note in plane["note"]

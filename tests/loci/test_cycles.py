@@ -111,9 +111,9 @@ def test_a_model_and_a_type_are_enough():
         (lambda m, p: sf.locus(p, ("a", "b"), WINDOW, type="HB"), "goes with a model"),
         (lambda m, p: sf.locus(m, ("a", "b"), WINDOW, type="CH"), "no loci of type 'CH'"),
         (lambda m, p: sf.locus(m, ("a", "b"), WINDOW, switch=False), "a model is given"),
-        (
-            lambda m, p: sf.bifurcation_set(m, ("a", "b"), WINDOW, regions=True),
-            "lure is autonomous",
+        *(
+            (lambda m, p, k=k: sf.bifurcation_set(m, ("a", "b"), WINDOW, **k), "lure is autonomous")
+            for k in ({"regions": True}, {"regimes": (3, 3)})
         ),
         (
             lambda m, p: sf.locus(

@@ -128,6 +128,7 @@ def test_equality_needs_class_structure_and_values():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (lambda: sf.Coulomb(mu_s=-1), "mu_s = -1 is outside its bounds"),
         (lambda: sf.Coulomb(mu_s=0.3, mu_k=0.4), "mu_s = 0.3 is below mu_k = 0.4"),
         (lambda: sf.CoulombViscous(mu_s=0.3, mu_k=0.4), "give mu_s >= mu_k"),
         (lambda: sf.Stribeck(mu_s=0.2), "mu_s = 0.2 is below mu_k = 0.3"),

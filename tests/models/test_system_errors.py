@@ -158,7 +158,9 @@ def test_periods_that_hold_for_some_values_only():
         sf.System({**tables, "forcing": {"period": "2*pi"}}).replace(W=1.1)
 
 
-def test_too_long_a_text_and_an_empty_table():
+def test_no_text_too_long_a_text_and_an_empty_table():
+    with pytest.raises(InputError, match=r"None is no path of a file; .* such as 'model.toml'"):
+        sf.System.from_toml(None)
     with pytest.raises(InputError, match="more than 300000; a system of equations is shorter"):
         sf.System.from_toml("#" * 300_001 + "\n")
     with pytest.raises(InputError, match="states is empty; give at least 1"):

@@ -152,6 +152,7 @@ def test_set_from_a_window(found, monkeypatch):
         ({"types": (), "regions": False}, "no type or no period"),
         ({"periods": [3], "regions": False}, "period = 3 is neither 1 nor 2"),
         ({"types": ["PD"], "regions": True}, "regions need the loci of all types"),
+        ({"types": ["PD"], "regimes": (2, 2)}, "regions need the loci of all types"),
     ],
 )
 def test_bad_input_for_a_set(changes, message):

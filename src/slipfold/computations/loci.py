@@ -160,7 +160,7 @@ def bifurcation_set(
 
     Responses are followed across the window, and from their special points the loci; between the
     loci lie regions, in each of which the same stable responses exist; without `regions` they are
-    found where there may be some, else the summary says why not.
+    found where there may be some, else the summary says why not unless `types` or `periods` do.
 
     Returns
     -------
@@ -184,6 +184,7 @@ def bifurcation_set(
     base = corner_model(model, names, spans, parameters)
     chosen = checked_settings(settings)
     grid = _grid(regimes, regions)
+    regions = True if regions is None and grid is not None else regions
     on_progress = with_position(on_progress, model, names)
     started = perf_counter()
     base = measured_across(base, names, spans)

@@ -165,7 +165,7 @@ class System(Model):
         """
         if isinstance(source, str) and ("\n" in source or "=" in source):
             return cls._read(source_of_text(source), "system")
-        path = as_path(source)
+        path = as_path(source, "model.toml")
         return cls._read(source_of_file(path), path.stem)
 
     @classmethod

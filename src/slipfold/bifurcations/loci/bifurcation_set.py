@@ -74,7 +74,7 @@ def find_bifurcation_set(
     every, (types, periods) = types is not None, check_requested(model, types, periods)
     why = _no_regions(model, types, periods)
     if regions and why:
-        raise InputError(f"{why}; leave regions out, or give regions=False")
+        raise InputError(f"{why}; leave regions and regimes out")
     # Hopf loci need no cycles.
     followed = (0,) if types == ("HB",) else periods
     settings = replace(settings or Settings(), largest_period=max(followed))
@@ -89,7 +89,8 @@ def find_bifurcation_set(
         )
     wanted = not why if regions is None else regions
     labels = search.map_regions(loci) if wanted and not search.interrupted else None
-    notes = (why,) if why and regions is None else ()
+    told = why and regions is None and not every and periods == PERIODS
+    notes = (f"no regions: {why}",) if told else ()
     return BifurcationSet(loci, labels, search.interrupted, (*search.missing(loci), *notes))
 
 

@@ -259,9 +259,10 @@ class Answering:
         model, plane = self._catalogue.of(request), (request.x.name, request.y.name)
         window, watch = (request.x.span, request.y.span), _checking(check, observer)
         found = self._planes.get(key := (model, plane, window)) or bifurcation_set(
-            model, plane, window, regions=model.forced, on_progress=watch
+            model, plane, window, on_progress=watch
         )
-        _keep(self._planes, key, found)
+        if not found.interrupted:
+            _keep(self._planes, key, found)
         return found
 
 

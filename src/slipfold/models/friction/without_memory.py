@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from slipfold.errors import InputError, suggest
+from slipfold.errors import InputError, about, suggest
 from slipfold.models.friction.law import (
     KINETIC,
     STATIC,
@@ -21,6 +21,7 @@ from slipfold.models.friction.law import (
 )
 from slipfold.models.parametric import described, structural
 from slipfold.models.quantities import Expression, Symbols, nonnegative, positive
+from slipfold.models.units import parse_quantity
 
 _CONSTANT = replace(KINETIC, default=STATIC.default)
 
@@ -36,8 +37,11 @@ class _ConstantCoefficients(FrictionLaw):
         """Let the one coefficient be that of slip."""
         super().prepare()
         if self.mu_k is None:
-            alone = self.mu_s is not None
-            object.__setattr__(self, "mu_k", self.mu_s if alone else STATIC.default)
+            alone, value = self.mu_s is not None, STATIC.default
+            if alone:
+                with about("mu_s"):
+                    value = STATIC.check(parse_quantity(self.mu_s, STATIC.unit, "mu_s"))
+            object.__setattr__(self, "mu_k", value)
             object.__setattr__(self, "mu_s", None if alone else STATIC.default)
 
 
@@ -50,7 +54,7 @@ class Coulomb(_ConstantCoefficients):
         \mu(v) = \mu_k \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
 
     In slip ``mu_k`` alone acts; ``mu_s`` says when a contact begins to slip. If one of them is
-    given, it is both: the law has one parameter, ``mu_k``.
+    given, it is both: the law has one parameter, ``mu_k``, and a change of it changes both.
 
     References
     ----------

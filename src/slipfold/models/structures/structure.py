@@ -221,7 +221,7 @@ class Structure(MechanicalModel):
         """
         if isinstance(source, str) and "\n" in source:
             return cls._read(source_of_text(source), None, "structure")
-        path = as_path(source)
+        path = as_path(source, "model.toml")
         return cls._read(source_of_file(path), path.parent, path.stem)
 
     @classmethod

@@ -310,7 +310,7 @@ export class PlaneControls {
   #changed({ answer, progress, stale, loci, lines = [] }) {
     if (answer || loci || lines.length > 0) this.#drawn = "part";
     else if (stale && !progress && !this.#session.store.isLive && this.#drawn === "part") this.#drawn = "others";
-    if (answer) this.#idle(asSentence(answer.unfinished ?? ""), true);
+    if (answer) this.#idle(asSentence(answer.note ?? ""), true);
     else if (progress) this.#working(progress);
     else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
   }
