@@ -138,15 +138,16 @@ def branches_around(
     for number, direction in enumerate(_directions(found.count)):
         if number % BIFURCATION.sphere == 0 and min(times, default=0) >= BIFURCATION.times:
             break
-        rows = [direction @ space]
-        while rows and (item := _beside(orbits, point, rows.pop(), space)) is not None:
+        row, counted = direction @ space, 1
+        while (item := _beside(orbits, point, row, space)) is not None:
             same = [bool(np.linalg.norm(item.z - other.z) <= ALIKE) for other in points]
             if any(same):
-                times[same.index(True)] += 1
-            else:
-                points.append(item)
-                times.append(1)
-                rows.append((point.z - item.z) @ space.T @ space)  # the branch goes on there
+                times[same.index(True)] += counted
+                break
+            points.append(item)
+            times.append(counted)
+            # The branch goes on there. What is found so says nothing of the directions.
+            row, counted = (point.z - item.z) @ space.T @ space, 0
     distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
     for item in points:
         spectra = dict(_spectra(orbits, point, item))
