@@ -147,3 +147,17 @@ def test_rounding_errors_of_outputs_that_are_constant_hide_no_peak():
     found = sf.periodic_orbit(model).extrema  # closer looks at each took all memory
     assert np.ravel(found.of("radius")) == pytest.approx(np.sqrt([0.5, 0.5]), rel=1e-9)
     assert np.ravel(found.of("nothing")) == pytest.approx([0.0, 0.0], abs=1e-14)
+
+
+def test_the_end_of_a_closer_look_is_no_new_extremum():
+    # The maximum is two samples behind the jump, where the pieces around the jump end.
+    jump = "tanh(sin(2*pi*(t - c))/1e-4)"
+    model = sf.System(
+        parameters={"a": 1.0, "c": 0.1},
+        states={"x": "a*cos(2*pi*t) - x"},
+        outputs={"y": f"{jump} + 0.3*exp(-(sin(pi*(t - c - 0.0105))/0.02)^2)"},
+        forcing={"period": "1"},
+    )
+    parameters = np.array([model.replace(c=c).vector for c in np.linspace(0.1, 0.3, 100)])
+    found = find_extrema(model, parameters, np.zeros((100, 1, 1)), 1, ["y"])
+    assert found.maximum == pytest.approx(1.3, abs=1e-12)

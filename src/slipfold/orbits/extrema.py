@@ -291,11 +291,11 @@ def _look_closer(
         for row in np.isin(sought[0], orbits).nonzero()[0]:
             orbit, column, sign = (each[row] for each in sought)
             pieces = (orbits == orbit).nonzero()[0]
-            of_row = sign * outputs[pieces, :, column]
+            of_row = sign * outputs[pieces, 1:-1, column]  # the ends are known: lower is rounding
             if not of_row.min() < lowest[row]:
                 continue
-            piece, place = divmod(int(of_row.argmin()), count)
-            sample = pieces[piece], max(place - 1, 0)
+            piece, place = divmod(int(of_row.argmin()), count - 2)
+            sample = pieces[piece], place
             lowest[row], widths[row] = of_row[piece, place], width
             states[row], start[row] = closer[sample], times[sample]
         rows, places = _jumps(outputs, spread[orbits], closed=False)
@@ -362,6 +362,7 @@ def refine_minimum(
             on |= ~_is_smooth(beside)
         if enough is not None:
             on &= ~(least - np.abs(bend) > enough[going])
+        on &= width > 2 * PEAKS.zoom**2 * np.spacing(start + width)  # phases have no more digits
         if not on.any():
             break
         best = np.minimum(np.maximum(lowest, 1), PEAKS.zoom - 2)
