@@ -161,7 +161,7 @@ def orbit_difference(
     conditioned, and of each multiplier its uncertainty, shape (n,), as far as that decides nothing.
     Multipliers that errors of that size change in their third digit are not known: then only the
     states decide, as long as a digit of the multipliers agrees. Of states that differ, the error of
-    a mesh on which such an orbit is computed is allowed as well, and what halving pieces changes.
+    a mesh on which such an orbit is computed is allowed as well.
     """
     free = _undecided(orbit, uncertainty)
     if rests(orbit.model, orbit.nodes):
@@ -181,9 +181,7 @@ def orbit_difference(
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
     if states.excess > 1:
-        changed = abs(tried[-1].states.value - tried[-2].states.value)
-        own = changed if changed <= CHECKS.loosest else 0.0  # the error of the finest pieces
-        states = replace(states, allowed=max(states.allowed, own, _allowed_by_meshes(orbit)[0]))
+        states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)[0]))
     unknown = multipliers.excess > 1 or multipliers.value > CHECKS.loosest
     if states.excess <= 1 and unknown and not falls:
         beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
