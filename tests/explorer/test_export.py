@@ -347,7 +347,7 @@ def test_copied_python_of_a_sweep_and_a_plane_of_every_model_runs(
     assert model == (Catalogue().of(request) if view["text"] else built_in_models()[name]())
     assert axes == (first["name"], second["name"])
     assert window == (tuple(first["span"]), tuple(second["span"]))
-    assert options == ({} if model.forced else {"regions": False})
+    assert options == {}  # as those of the plane that is shown
 
 
 @pytest.mark.parametrize(("form", "name"), [("python", "py"), ("toml", "toml"), ("csv", "csv")])
