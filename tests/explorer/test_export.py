@@ -20,7 +20,14 @@ from slipfold import InputError
 from slipfold.interface.cli.reading import equations_file, find_model
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.messages import ExportRequest, parse_request
+from slipfold.interface.explorer.messages import (
+    DiagramRequest,
+    ExportRequest,
+    OrbitRequest,
+    PlaneRequest,
+    parse_request,
+)
+from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.registry import built_in_models, model_of_text
 
 VALUES = {"f": 12.2, "Vd": 0.1 + 0.5}
@@ -75,6 +82,17 @@ STICKS = diagram(
     ],
 )
 BRAKES = diagram(model="brake", parameters={"mu_s": 0.6}, vary="Vd", span=[2, 0.7], show="tip")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def unhurried():
+    """The page ends what takes long where it is: ends would depend on the load of the machine."""
+    with pytest.MonkeyPatch.context() as patch:
+        for request in (DiagramRequest, OrbitRequest, PlaneRequest):
+            patch.setattr(request, "seconds", np.inf)
+        for name in ("following", "filling", "loci"):
+            patch.setattr(PAGE, name, np.inf)
+        yield
 
 
 def exporting(given, file=None):
