@@ -403,3 +403,11 @@ def test_copied_texts_follow_what_motions_settle_on(slider, tmp_path, monkeypatc
     assert "--also" in command
     assert run(*command, "--csv", "again.csv").exit_code == 3  # branches end
     assert list(csv.reader((tmp_path / "again.csv").read_text().splitlines())) == rows
+
+
+@pytest.mark.parametrize(("slip", "regions"), [("Vd - v", True), ("-v", False)])
+def test_a_copied_command_asks_for_the_regions_that_there_may_be(slip, regions):
+    model = sf.System.from_toml(FORCED_SLIDER.replace("Vd - v", slip))
+    axes = {"x": {"name": "F", "span": [0.1, 0.2]}, "y": {"name": "W", "span": [1, 1.1]}}
+    case = exporting(model)({**PLANE, "model": model.name, **axes}, "toml").decode()
+    assert ("--regions" in case.splitlines()[0]) == regions

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, refusal
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     DrawnRequest,
@@ -28,6 +28,7 @@ from slipfold.interface.explorer.texts import case_text, changed_values, is_buil
 from slipfold.interface.explorer.trajectories import start_of, timed
 from slipfold.lines import parts_of
 from slipfold.models.definitions.system_file import write_tables
+from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.sliding_oscillator import SlidingOscillator
@@ -362,7 +363,8 @@ def _command(model: Model, view: DrawnRequest) -> str:
         return f"slipfold response case.toml --vary {_ends(view.vary, view.span)}{also} --gaps"
     if isinstance(view, PlaneRequest):
         axes = " ".join(f"--vary {_ends(axis.name, axis.span)}" for axis in (view.x, view.y))
-        return f"slipfold locus case.toml {axes}{' --regions' if model.forced else ''}"
+        regions = model.forced and not refusal(check_followed, model)
+        return f"slipfold locus case.toml {axes}{' --regions' if regions else ''}"
     assert isinstance(view, SimulationRequest)  # orbits were refused
     start = start_of(model, view)
     states = "".join(f" --state {name}={value!r}" for name, value in start.items())
