@@ -161,3 +161,16 @@ def test_the_end_of_a_closer_look_is_no_new_extremum():
     parameters = np.array([model.replace(c=c).vector for c in np.linspace(0.1, 0.3, 100)])
     found = find_extrema(model, parameters, np.zeros((100, 1, 1)), 1, ["y"])
     assert found.maximum == pytest.approx(1.3, abs=1e-12)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1])
+def test_no_polynomial_goes_through_a_jump_nor_is_it_examined_below_the_digits_of_a_phase(slope):
+    sine = "sin(2*pi*(t - 0.1234))"
+    model = sf.System(
+        parameters={"a": 1.0},
+        states={"x": "a*cos(2*pi*t) - x"},
+        outputs={"side": f"tanh({sine}/1e-20) - {slope}*{sine}"},
+        forcing={"period": "1"},
+    )
+    found = sf.periodic_orbit(model).extrema.of("side")
+    assert np.ravel(found) == pytest.approx([-1.0, 1.0], abs=1e-12)

@@ -405,8 +405,9 @@ def _least_between(values: Array) -> Array:
             slope, curvature = (polyval(places, each, False) for each in (slopes, curvatures))
             step = np.where(curvature > 0, slope / curvature, 0.0)
             places = np.minimum(np.maximum(places - step, low), high)
-    # Where the samples lie on no polynomial, it says nothing.
-    found = np.maximum(polyval(places, coefficients, False), least - np.abs(bend))
+    # Where the samples lie on no polynomial, as beside a jump, it says nothing.
+    beyond = np.where(np.abs(values @ _SIXTH) <= np.abs(bend), np.abs(bend), 0.0)
+    found = np.maximum(polyval(places, coefficients, False), least - beyond)
     return np.asarray(np.minimum(found, least))
 
 
