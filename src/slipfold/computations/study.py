@@ -14,7 +14,7 @@ from slipfold.results.records import provenance, structure_record
 from slipfold.results.study import StudyResult, study_result
 from slipfold.studies.executors import open_executor
 from slipfold.studies.plan import Plan, digest, read_plan, total
-from slipfold.studies.run import run_cases
+from slipfold.studies.run import StudyRun
 from slipfold.studies.store import Store
 from slipfold.version import versions
 
@@ -70,7 +70,7 @@ def study(
         try:
             if retry_failed or open_store.done < open_store.total:
                 with open_executor(executor) as opened:
-                    run_cases(plan, open_store, opened, on_progress, retry_failed)
+                    StudyRun(plan, open_store, opened, on_progress).run(retry_failed)
         except KeyboardInterrupt:
             stopped = True  # what is finished is in the store
         return study_result(plan, open_store.records(), provenance(), stopped, open_store.damaged)

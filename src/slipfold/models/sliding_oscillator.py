@@ -69,6 +69,7 @@ OUTPUTS = (
 _DIRECTION = "direction of the friction force from the x axis"
 _INTO_STRUCTURE = "power friction puts into the structure: plate less heat"
 _DAMPED = "power lost to structural damping"
+_LENGTH = "length of the spring over L"
 _PULSATION = "fraction of power_structure due to the pulsating part of the normal force"
 
 
@@ -76,10 +77,6 @@ def spring_length_squared(q: Symbols) -> Expression:
     """Return the square of l/L."""
     height = 1.0 + q["y"]
     return height * height + q["x"] * q["x"]
-
-
-def _spring_length(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return hy.sqrt(spring_length_squared(q))
 
 
 def _damping_power(q: Symbols, c: Symbols, phase: Expression) -> Expression:
@@ -342,7 +339,7 @@ class SlidingOscillator(MechanicalModel):
         """Normal force, friction, relative speed, spring length and powers."""
         outputs = contact_outputs(self._tip, self._law, 2)
         for item in (
-            Output("l", _spring_length, "", "length of the spring over L", "$l/L$"),
+            Output("l", lambda q, *_: hy.sqrt(spring_length_squared(q)), "", _LENGTH, "$l/L$"),
             Output("friction_direction", self._direction, "rad", _DIRECTION, r"$\arg F$ (rad)"),
             Output("power_structure", self._structure_power, "W", _INTO_STRUCTURE, "$P$ (W)"),
             Output("power_pulsation", self._pulsation_power, "W", _PULSATION, "$P$ (W)"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from inspect import signature
 from typing import Annotated, Any, Self
 
@@ -148,13 +148,12 @@ class Unforced(Model):
 
     def outputs(self) -> tuple[Output, ...]:
         """Return the outputs of the forced model."""
-        others = self._terms.others
-        return tuple(
-            Output(
-                item.name, partial(_unforced_output, item, others), item.unit, item.doc, item.label
-            )
-            for item in self._base.outputs()
-        )
+        others = self._terms.others  # coefficients that are constants at phase zero
+
+        def unforced(of: Output) -> Output:
+            return replace(of, expression=lambda q, c, _: of.expression(q, {**others, **c}, _ZERO))
+
+        return tuple(map(unforced, self._base.outputs()))
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -185,13 +184,6 @@ class Unforced(Model):
         duration = self._values[DURATION.name]
         given = "" if duration == DURATION.default else f"duration={duration:.12g}"
         return f"{self.forced_model!r}.steady({given})"
-
-
-def _unforced_output(
-    output: Output, others: Symbols, q: Symbols, c: Symbols, phase: Expression
-) -> Expression:
-    """Evaluate an output at phase zero, where some coefficients are constants."""
-    return output.expression(q, {**others, **c}, _ZERO)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

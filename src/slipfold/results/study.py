@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError, unknown
 from slipfold.models.model import Model
+from slipfold.models.quantities import Parameter, State
 from slipfold.parameter_space.sampling import SALTELLI, SobolIndices, indices_of
-from slipfold.results.fields import REAL, TEXT, WHOLE, Column, meaning_of
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Labels
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
@@ -270,30 +271,27 @@ class StudyResult(Result):
     def _attributes(self) -> dict[str, Any]:
         return {"compute": self.work.what}
 
-    def _column(self, parameter: str) -> str:
-        """Return the name of the variable of a parameter, which no other variable has."""
-        each = self.work.listed
-        taken = {"case", each, "failed", *(item.name for item in self.quantities)}
-        taken |= {f"{each}_{item.name}" for item in self.work.lists(self.model)}
-        while parameter in taken:
-            parameter += "_value"
-        return parameter
+    def _variable_name(self, item: Parameter | State) -> str:
+        each, name = self.work.listed, item.name
+        taken = {"case", each, "failed", *(one.name for one in self.quantities)}
+        taken |= {f"{each}_{one.name}" for one in self.work.lists(self.model)}
+        while name in taken:
+            name += "_value"
+        return name
+
+    @property
+    def _given_values(self) -> dict[str, Array]:
+        """Values of the parameters: along the axes of a grid, else of each case."""
+        if isinstance(self.cases, Grid):
+            return dict(self.cases.axes)
+        columns = np.ascontiguousarray(self.cases.values(np.arange(len(self))).T)
+        return dict(zip(self.cases.names, columns, strict=True))
 
     def _variables(self) -> Mapping[str, Variable]:
-        labels = {name: self._column(name) for name in self.cases.names}
-        grid = self.cases.axes if isinstance(self.cases, Grid) else None
-        along = tuple(labels.values()) if grid is not None else ("case",)
+        grid = isinstance(self.cases, Grid)
+        result = Labels(None if grid else "case").variables(self, "_given_values")
+        along = tuple(result) if grid else ("case",)
         shape, each = self.cases.shape, self.work.listed
-        result: dict[str, Variable] = {}
-        given = None if grid is not None else self.cases.values(np.arange(len(self)))
-        for index, (name, label) in enumerate(labels.items()):
-            item = self.model.parameter(name)
-            column = Column(name, REAL, meaning_of(item), item.unit, label=True)
-            if grid is not None:
-                result |= column.variables(label, (label,), grid[name])
-            elif given is not None:
-                values = np.ascontiguousarray(given[:, index])
-                result |= column.variables(label, along, values)
         for quantity in self.quantities:
             values = self.values[quantity.name].reshape(shape)
             result |= _column(quantity).variables(quantity.name, along, values)
@@ -351,9 +349,10 @@ class StudyResult(Result):
         items = [self.model.parameter(name) for name in self.cases.names]
         given = self.cases.values(np.arange(len(self))).T
         columns: dict[str, Any] = {"case": np.arange(len(self))}
-        columns |= {self._column(item.name): row for item, row in zip(items, given, strict=True)}
+        names = [self._variable_name(item) for item in items]
+        columns |= dict(zip(names, given, strict=True))
         columns |= {item.name: self.values[item.name] for item in self.quantities}
-        units = {self._column(item.name): item.unit for item in items}
+        units = {name: item.unit for name, item in zip(names, items, strict=True)}
         units |= {item.name: item.unit for item in self.quantities}
         return Frame({**columns, "failed": self.reasons}, units)
 

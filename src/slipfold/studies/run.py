@@ -141,17 +141,6 @@ class _Group:
         return [_Group(self.numbers[:half], 1), _Group(self.numbers[half:], 1)]
 
 
-def run_cases(
-    plan: Plan,
-    store: Store,
-    executor: OpenExecutor,
-    observer: Observer | None = None,
-    retry_failed: bool = False,
-) -> None:
-    """Compute the cases that a store lacks; KeyboardInterrupt if it was stopped before that."""
-    _StudyRun(plan, store, executor, observer).run(retry_failed)
-
-
 def first_finished(
     futures: Collection[Future[Done]], slots: Callable[[], int]
 ) -> set[Future[Done]]:
@@ -166,8 +155,8 @@ def first_finished(
             return finished
 
 
-class _StudyRun:
-    """The cases of a study while they are computed."""
+class StudyRun:
+    """The cases that the store of a study lacks, while they are computed."""
 
     def __init__(
         self, plan: Plan, store: Store, executor: OpenExecutor, observer: Observer | None
@@ -181,7 +170,7 @@ class _StudyRun:
         self._computed = 0
 
     def run(self, retry_failed: bool) -> None:
-        """Keep as many tasks running as the executor takes."""
+        """Keep as many tasks running as the executor takes; raise KeyboardInterrupt if stopped."""
         minimum = self._plan.work.side_by_side if self._together else 1
         self._groups = Groups(self._store.missing(failed=retry_failed), minimum)
         again = self._store.failures if retry_failed else 0

@@ -8,7 +8,6 @@ case counts.
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import platform
@@ -21,13 +20,12 @@ from typing import IO, Any, Self
 from zlib import crc32
 
 from slipfold.errors import InputError
+from slipfold.writing import FULL
 
 Record = dict[str, Any]
 """A finished case as plain data: its number, and its values or why it failed."""
 
 SCHEMA = "slipfold.study_store/1"
-
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 MISSING = -1
 
@@ -51,7 +49,7 @@ class Store:
         self._positions = array("q", [MISSING]) * total
         self._failed = bytearray(total)
         self._size = 0  # bytes up to the end of the last complete line
-        self._done = self._failures = 0
+        self.done = self.failures = 0  # cases that are finished, and those of them that failed
         self.damaged = 0  # lines that do not fit their checksum; what they held is computed again
         self._lock: IO[str] | None = None
         self._file: FileIO | None = None
@@ -74,16 +72,6 @@ class Store:
             store.close()
             raise
         return store
-
-    @property
-    def done(self) -> int:
-        """How many cases are finished."""
-        return self._done
-
-    @property
-    def failures(self) -> int:
-        """How many of them failed."""
-        return self._failures
 
     def missing(self, failed: bool = False) -> Iterator[int]:
         """Yield the numbers of cases not finished; and on request of those that failed."""
@@ -110,8 +98,8 @@ class Store:
         except KeyboardInterrupt:
             self._scan()  # none, some or all of them may be in the file
             # Counts are behind positions if they were interrupted between the two.
-            self._done = self.total - self._positions.count(MISSING)
-            self._failures = sum(self._failed)
+            self.done = self.total - self._positions.count(MISSING)
+            self.failures = sum(self._failed)
             raise
 
     def records(self) -> Iterator[Record]:
@@ -251,8 +239,8 @@ class Store:
         number, failed = record["case"], "failed" in record
         new, worse = self._positions[number] == MISSING, failed - self._failed[number]
         self._positions[number], self._failed[number] = position, failed
-        self._done += new
-        self._failures += worse
+        self.done += new
+        self.failures += worse
 
     def _drop_torn(self) -> None:
         """Cut off an incomplete last line: others would be joined to it."""

@@ -109,12 +109,6 @@ class CyclicSymmetry:
         return self.sectors // math.gcd(self.sectors, self.engine_order)
 
     @property
-    def diameters(self) -> tuple[int, ...]:
-        """Nodal diameters of motions that repeat after m sectors."""
-        step = self.sectors // self.repeating
-        return tuple(range(0, self.sectors // 2 + 1, step))
-
-    @property
     def note(self) -> str:
         """What is computed, as a sentence."""
         alike = "move alike" if self.repeating == 1 else f"repeat after {self.repeating}"
