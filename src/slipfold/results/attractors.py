@@ -28,7 +28,7 @@ from slipfold.models.quantities import State
 from slipfold.orbits.kinds import any_parameter
 from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Entry, Items, axis
 from slipfold.results.records import Provenance
-from slipfold.results.result import Result
+from slipfold.results.result import PerPeriod, Result
 from slipfold.results.tables import Frame
 from slipfold.text import PrintedTable, listed, number_text, parameter_text
 
@@ -89,7 +89,7 @@ REACHED = (
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class FoundAttractors(Result):
+class FoundAttractors(PerPeriod, Result):
     """Attractors, and which of them each of many starts converged to."""
 
     model: Model
@@ -111,11 +111,6 @@ class FoundAttractors(Result):
     def __getitem__(self, place: int) -> Attractor:
         """Return one of them."""
         return self.attractors[place]
-
-    @property
-    def per(self) -> str:
-        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
-        return "forcing period" if self.model.forced else "s"
 
     def fraction(self, attractor: Attractor | int) -> FractionEstimate:
         """Return the fraction of the starts that converged to an attractor.
@@ -369,7 +364,7 @@ class FractionEstimates(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BasinFractions(Result):
+class BasinFractions(PerPeriod, Result):
     """Which fraction of the starts each attractor wins along a parameter; frozen.
 
     Made by `slipfold.basin_fractions` and `slipfold.load`.
@@ -406,11 +401,6 @@ class BasinFractions(Result):
     ends: dict[str, int]
     interrupted: bool
     provenance: Provenance
-
-    @property
-    def per(self) -> str:
-        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
-        return "forcing period" if self.model.forced else "s"
 
     @property
     def numbers(self) -> tuple[int, ...]:

@@ -317,6 +317,17 @@ class Result(OneLine, Drawn, ReadOnly, ABC):
         self.__post_init__()
 
 
+class PerPeriod:
+    """Base of results with Lyapunov exponents."""
+
+    model: Model
+
+    @property
+    def per(self) -> str:
+        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
+        return "forcing period" if self.model.forced else "s"
+
+
 def _plain_fields(kind: type[Result]) -> list[str]:
     """Return the names of fields that are no arrays."""
     parts = parts_of(kind)

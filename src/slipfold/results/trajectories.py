@@ -31,12 +31,12 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Entry, Items, Labels, axis
 from slipfold.results.records import Provenance
-from slipfold.results.result import Result
+from slipfold.results.result import PerPeriod, Result
 from slipfold.text import PrintedTable, capitalized, parameter_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LyapunovExponents(Result):
+class LyapunovExponents(PerPeriod, Result):
     """Lyapunov exponents of a trajectory, and its classification by them; frozen.
 
     Made by `slipfold.lyapunov` and `slipfold.load`.
@@ -91,11 +91,6 @@ class LyapunovExponents(Result):
     def periods(self) -> int:
         """Length in forcing periods; of an autonomous model in intervals of its ``duration``."""
         return self.estimates[-1].periods
-
-    @property
-    def per(self) -> str:
-        """What the exponents are per: ``"forcing period"``, or ``"s"`` of an autonomous model."""
-        return "forcing period" if self.model.forced else "s"
 
     @property
     def dimension(self) -> float:

@@ -6,14 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import MotionRequest
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, number, short
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import KeptTrajectories
+from slipfold.interface.explorer.trajectories import KeptTrajectories, finite_columns, spectrum_view
 from slipfold.long_term.spectrum import Spectrum, find_spectrum
 from slipfold.models.model import Model
 
@@ -43,7 +42,11 @@ def send_motion(
         {
             **_window(trajectory, request, period),
             "section": _section(trajectory, request.outputs),
-            "spectrum": _spectrum(trajectory, request.outputs),
+            "spectrum": spectrum_view(
+                steady_spectrum(trajectory),
+                PAGE.orders * intervals_in(trajectory),
+                request.outputs,
+            ),
             "forcing": 1 / period if model.forced else None,
             "frequency": number(1 / response) if repeated(trajectory) else None,
             "settled": settlement.settled,
@@ -75,7 +78,7 @@ def _window(trajectory: Trajectory, request: MotionRequest, period: float) -> di
     return {
         "periods": count,
         "duration": count * period,
-        "columns": _columns(flow_of(trajectory.model), request.outputs, values),
+        "columns": finite_columns(trajectory.model, values, request.outputs),
     }
 
 
@@ -97,14 +100,6 @@ def steady_spectrum(trajectory: Trajectory) -> Spectrum:
     return find_spectrum(trajectory, periods, PAGE.samples, tapered=True)
 
 
-def _columns(
-    flow: Flow, names: tuple[str, ...], values: NDArray[np.float64]
-) -> dict[str, list[float]]:
-    """Return what is finite of some outputs. Shapes: values (m, n_outputs)."""
-    columns = {name: values[:, flow.output_index(name)] for name in names}
-    return {name: short(column) for name, column in columns.items() if np.isfinite(column).all()}
-
-
 def _section(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
     """Return outputs at phase zero, or where the first one passes its mean upwards."""
     flow = flow_of(trajectory.model)
@@ -113,7 +108,7 @@ def _section(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
         states = trajectory.states[-kept:]
         constants = flow.constants_of(trajectory.model)
         values = flow.outputs(states, np.zeros(len(states)), constants)
-        return {"level": None, "columns": _columns(flow, names, values)}
+        return {"level": None, "columns": finite_columns(trajectory.model, values, names)}
     settled = trajectory.settlement.settled
     each = PAGE.samples * intervals_in(trajectory)
     samples = trajectory.steady_outputs(ROUNDS + 1 if settled else min(kept, PAGE.window), each)
@@ -121,7 +116,8 @@ def _section(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
     level = float(first.mean())
     if abs(level) < LEVEL * float(np.ptp(first)):
         level = 0.0
-    return {"level": number(level), "columns": _passed(_columns(flow, names, samples), level)}
+    columns = finite_columns(trajectory.model, samples, names)
+    return {"level": number(level), "columns": _passed(columns, level)}
 
 
 def _passed(columns: dict[str, list[float]], level: float) -> dict[str, list[float]]:
@@ -135,16 +131,3 @@ def _passed(columns: dict[str, list[float]], level: float) -> dict[str, list[flo
     passed = first.solve(level, extrapolate=False)
     upward = passed[first(passed, 1) > 0]
     return {name: short(spline(upward)) for name, spline in splines.items()}
-
-
-def _spectrum(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return amplitudes up to some multiples of the first frequency."""
-    spectrum = steady_spectrum(trajectory)
-    seen = spectrum.order <= PAGE.orders * intervals_in(trajectory)
-    amplitude = {name: spectrum.of(name)[seen] for name in names}
-    return {
-        "frequency": short(spectrum.frequency[seen]),
-        "amplitude": {
-            name: short(values) for name, values in amplitude.items() if np.isfinite(values).all()
-        },
-    }

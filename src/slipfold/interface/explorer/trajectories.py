@@ -31,7 +31,7 @@ from slipfold.interface.explorer.messages import (
 from slipfold.interface.explorer.plain import Check, Emit, now_and_then, number, short
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.long_term.contacts import ContactRounds, find_contacts
-from slipfold.long_term.spectrum import find_spectrum
+from slipfold.long_term.spectrum import Spectrum, find_spectrum
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import DURATION
@@ -74,7 +74,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "phase": short(time / flow_of(model).constants_of(model).period),
         "states": {name: columns[name] for name in names},
         "outputs": {name: column for name, column in columns.items() if name not in names},
-        "spectrum": _spectrum(orbit),
+        "spectrum": spectrum_view(find_spectrum(orbit, per_period=PAGE.samples), PAGE.orders),
         "multipliers": _pairs(orbit.multipliers),
         "eigenvalues": None if jacobian is None else _pairs(eigenvalues_of(jacobian)),
         "stable": orbit.stable,
@@ -90,13 +90,16 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     }
 
 
-def finite_columns(model: Model, values: NDArray[np.float64]) -> dict[str, list[float]]:
-    """Return all outputs that have a value everywhere, by name. Shapes: values (m, n_outputs)."""
-    return {
-        name: short(values[:, i])
-        for i, name in enumerate(flow_of(model).output_names)
-        if np.isfinite(values[:, i]).all()
-    }
+def finite_columns(
+    model: Model, values: NDArray[np.float64], names: tuple[str, ...] = ()
+) -> dict[str, list[float]]:
+    """Return outputs that have a value everywhere by name, of all or of some.
+
+    Shapes: values (m, n_outputs).
+    """
+    flow = flow_of(model)
+    columns = {name: values[:, flow.output_index(name)] for name in names or flow.output_names}
+    return {name: short(column) for name, column in columns.items() if np.isfinite(column).all()}
 
 
 def jacobian_of(orbit: PeriodicOrbit) -> NDArray[np.float64] | None:
@@ -110,12 +113,12 @@ def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
     return [[float(item.real), float(item.imag)] for item in values]
 
 
-def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
-    spectrum = find_spectrum(orbit, per_period=PAGE.samples)
-    contacts = spectrum.order <= PAGE.orders
+def spectrum_view(spectrum: Spectrum, orders: float, names: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return amplitudes up to a multiple of the forcing frequency, of all outputs or of some."""
+    seen = spectrum.order <= orders
     return {
-        "frequency": short(spectrum.frequency[contacts]),
-        "amplitude": finite_columns(orbit.model, spectrum.amplitude[contacts]),
+        "frequency": short(spectrum.frequency[seen]),
+        "amplitude": finite_columns(spectrum.model, spectrum.amplitude[seen], names),
     }
 
 
