@@ -86,7 +86,6 @@ def draw_threshold_map(
     found: GridThresholds,
     ax: Axes | None = None,
     *,
-    limits: tuple[float, float] | None = None,
     contours: bool = True,
     annotate: bool = True,
     legend: bool = True,
@@ -104,7 +103,7 @@ def draw_threshold_map(
     values, kinds = found.values[chosen].T, found.kinds[chosen].T
     edges = cell_edges(x), cell_edges(y)
     if np.isfinite(values).any():
-        low, high = limits or (float(np.nanmin(values)), float(np.nanmax(values)))
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
         mesh = _color(ax, edges, values, NUMBERS, low, high)
         parameter, bar = found.model.parameter(found.threshold), add_color_bar(ax, mesh)
         label_axis(bar, "y", parameter)

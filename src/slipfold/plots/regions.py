@@ -259,8 +259,9 @@ def _spread(labels: Labels, known: Mask, open_: Mask) -> Labels:
     return flat.reshape(-1, width)[1:-1, 1:-1]
 
 
-def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label]:
+def region_labels(ax: Axes, regions: RegionMap) -> list[Label]:
     """Return the names of the regions with the places where each fits into its region."""
+    size = 7.0  # of the font in points
     pictures = [image.get_array() for image in ax.images if image.get_gid() == PICTURE]
     if not pictures:
         return []

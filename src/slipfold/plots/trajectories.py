@@ -157,25 +157,21 @@ def draw_spectrum(
     ax: Axes | None = None,
     color: str = "black",
     *,
-    floor: float | None = None,
-    largest_order: float | None = None,
     annotate: bool = True,
 ) -> Axes:
     """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale.
 
-    Lines of less than `floor` are left out: 1e-6, or 1e-4 of the highest line if that is less. The
+    Lines of less than 1e-6 are left out, or of 1e-4 of the highest line if that is less. The
     largest multiple of the forcing's frequency is 3, or beyond the highest line.
     """
     spectrum = solution.spectrum() if isinstance(solution, Simulation) else solution
     output = output or spectrum.model.shown[0]
     amplitude = spectrum.of(output)
-    if largest_order is None:
-        largest_order = _beyond_highest(spectrum.order, amplitude)
+    largest_order = _beyond_highest(spectrum.order, amplitude)
     drawn = spectrum.order <= largest_order * (1 + 1e-9)
-    if floor is None:
-        # Relative to the highest, or vibration of a micrometer would leave the figure empty.
-        highest = float(amplitude[drawn].max(initial=0.0))
-        floor = min(1e-6, 1e-4 * highest) if highest > 0 else 1e-6
+    # Relative to the highest, or vibration of a micrometer would leave the figure empty.
+    highest = float(amplitude[drawn].max(initial=0.0))
+    floor = min(1e-6, 1e-4 * highest) if highest > 0 else 1e-6
     shown = drawn & (amplitude > floor)
     unit = spectrum.frequency[spectrum.periods] if spectrum.periods < len(spectrum.frequency) else 1
     tallest = amplitude[shown].max(initial=10 * floor)
@@ -220,8 +216,6 @@ def draw_spectrum_at(
     output: str | None = None,
     at: float | None = None,
     ax: Axes | None = None,
-    *,
-    largest_order: float = 3.0,
 ) -> Axes:
     """Draw the lines of the torus nearest to a value of the parameter, and name that torus."""
     known = [each for each in diagram.tori if len(each) > 1]
@@ -240,32 +234,27 @@ def draw_spectrum_at(
         zip(known, rows, strict=True), key=lambda pair: abs(pair[0].parameter[pair[1]] - at)
     )
     output = output or diagram.model.shown[0]
-    ax = draw_torus_spectrum(chosen.spectrum(row), output, ax, largest_order=largest_order)
+    ax = draw_torus_spectrum(chosen.spectrum(row), output, ax)
     place = with_unit(f"{vary} = {chosen.parameter[row]:.6g}", unit)
     add_title(ax, f"tori {chosen.id}, {place}")
     return ax
 
 
 def draw_torus_spectrum(
-    spectrum: TorusSpectrum,
-    output: str | None = None,
-    ax: Axes | None = None,
-    *,
-    largest_order: float = 3.0,
-    floor: float = 1e-4,
+    spectrum: TorusSpectrum, output: str | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Draw the amplitudes of one output over frequency, up to a multiple of the first one.
+    """Draw the amplitudes of one output over frequency, up to three times the first one.
 
-    Lines of less than the fraction `floor` of the largest are left out.
+    Lines of less than a ten-thousandth of the largest are left out.
     """
     output = output or spectrum.names[0]
     first, second = spectrum.frequencies
     frequency, amplitude = spectrum.frequency, spectrum.of(output)
-    lowest = max(floor * float(amplitude.max()), float(np.finfo(float).tiny))
-    shown = (frequency <= (largest_order + 0.5) * first) & (amplitude > lowest)
+    lowest = max(1e-4 * float(amplitude.max()), float(np.finfo(float).tiny))
+    shown = (frequency <= 3.5 * first) & (amplitude > lowest)
     tallest = max(amplitude.max(), 10 * lowest)
     ax = _spectrum_axes(ax, label_of(spectrum.model, output), lowest, tallest)
-    ax.set_xlim(-0.05 * first, (largest_order + 0.5) * first)
+    ax.set_xlim(-0.05 * first, 3.5 * first)
     between = spectrum.orders[:, 1] != 0
     for color, name, own in (
         (FIRST, f"multiples of $f_1$ = {first:.6g} Hz", shown & ~between),
@@ -432,12 +421,11 @@ def draw_waterfall(
     *,
     run: str | None = None,
     lines: float | None = None,
-    floor: float = 1e-5,
 ) -> Axes:
     """Draw amplitudes over frequency and parameter as colors.
 
     Frequencies are in multiples of the forcing's, up to `lines`: by default 3, or beyond the
-    highest line below 12. Amplitudes are shown down to the fraction `floor` of the largest.
+    highest line below 12. Amplitudes are shown down to 1e-5 of the largest.
     Trajectories are windowed (Hann), so that a line is as wide as four steps of the frequency, and
     a peak as high as its amplitude.
     """
@@ -463,7 +451,7 @@ def draw_waterfall(
         lines = _beyond_highest(frequencies, np.nanmax(amplitudes, axis=0))
     shown = frequencies <= lines
     largest = float(np.nanmax(amplitudes))
-    smallest = max(largest * floor, float(np.finfo(float).tiny))
+    smallest = max(1e-5 * largest, float(np.finfo(float).tiny))
     mesh = ax.pcolormesh(
         sweep.values,
         frequencies[shown],
