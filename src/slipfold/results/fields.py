@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from operator import attrgetter
 from types import SimpleNamespace
-from typing import Any, ClassVar, Protocol, cast, get_args, get_origin
+from typing import Any, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,20 +53,6 @@ KINDS: dict[Any, ValueType] = {
 }  # fmt: skip
 
 
-class Declared(Protocol):
-    """Attributes of a result that its fields use."""
-
-    arrays: ClassVar[Mapping[str, Any]]
-    """Attributes that are arrays, besides fields that are declared so."""
-
-    @property
-    def model(self) -> Model:
-        """The model."""
-
-    def _variable_name(self, item: Parameter | State) -> str:
-        """Return the name of the variable of a parameter or state."""
-
-
 class ResultPart:
     """How one attribute of a result is written as arrays, and read back from them."""
 
@@ -99,13 +85,13 @@ class ResultPart:
 
 
 @cache
-def parts_of(kind: type[Declared]) -> dict[str, ResultPart]:
+def parts_of(kind: Any) -> dict[str, ResultPart]:
     """Return how attributes of a class are written as arrays, in the order of its fields."""
     notes = {k: getattr(hint, "__metadata__", ()) for k, hint in field_hints(kind).items()}
     declared = {
         name: note[0] for name, note in notes.items() if note and isinstance(note[0], ResultPart)
     }
-    own = dataclasses.fields(cast(Any, kind))
+    own = dataclasses.fields(kind)
     return {item.name: declared[item.name] for item in own if item.name in declared} | {
         **kind.arrays
     }

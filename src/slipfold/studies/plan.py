@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from math import prod
 from pathlib import Path
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,24 +24,6 @@ from slipfold.models.units import parse_quantity
 from slipfold.parameter_space.distributions import parse_correlation, parse_distribution
 from slipfold.parameter_space.sampling import SALTELLI, check_power, drawn, index_design
 from slipfold.studies.works import WORK, Known, Work
-
-
-class StudyCases(Protocol):
-    """Values of some parameters for every case."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Parameters that differ from case to case."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """How many cases there are; of a grid along each of its axes."""
-
-    def values(self, numbers: Any) -> Array:
-        """Return the values of some cases. Shapes: numbers (k,), from 0; returns (k, n_names)."""
-
-    def record(self) -> dict[str, Any]:
-        """Return them as plain data."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +43,7 @@ class Grid:
         return tuple(len(values) for values in self.axes.values())
 
     def values(self, numbers: Any) -> Array:
-        """Return the values of some cases."""
+        """Return the values of some cases. Shapes: numbers (k,), from 0; returns (k, n_names)."""
         indices = np.unravel_index(numbers, self.shape)
         columns = [values[index] for values, index in zip(self.axes.values(), indices, strict=True)]
         return np.stack(columns, axis=-1)
@@ -94,6 +76,10 @@ class Rows:
             return dict(self.drawn)
         columns = zip(self.names, self.rows.T.tolist(), strict=True)
         return {"list": dict(columns)}
+
+
+StudyCases = Grid | Rows
+"""Values of some parameters for every case."""
 
 
 def digest(cases: StudyCases) -> str | None:
