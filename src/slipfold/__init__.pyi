@@ -5,7 +5,6 @@ from slipfold.bifurcations.branches.settings import Event as Event
 from slipfold.bifurcations.branches.settings import Settings as Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint as SpecialPoint
 from slipfold.bifurcations.loci.locus import Locus as Locus
-from slipfold.bifurcations.loci.locus import LocusEnd as LocusEnd
 from slipfold.bifurcations.loci.locus import LocusPoint as LocusPoint
 from slipfold.bifurcations.loci.region_map import Region as Region
 from slipfold.bifurcations.loci.region_map import RegionCheck as RegionCheck

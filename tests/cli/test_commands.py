@@ -10,7 +10,7 @@ import pytest
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
-from slipfold import End, LocusEnd, load
+from slipfold import End, load
 from slipfold.interface.cli.app import COMMANDS
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
@@ -191,7 +191,7 @@ def test_labels_are_those_of_the_printed_table(saved_response, tmp_path, monkeyp
     ("changes", "status"),
     [
         ({}, 0),
-        ({"loci": (doubling_locus(stopped=LocusEnd("failed", "lost", (12, 1))),)}, 3),
+        ({"loci": (doubling_locus(stopped=End("failed", "lost", (12, 1))),)}, 3),
         ({"interrupted": True}, 130),
     ],
 )

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from slipfold import Locus, LocusEnd, LocusPoint, Region, RegionCheck, RegionMap, SlidingOscillator
+from slipfold import End, Locus, LocusPoint, Region, RegionCheck, RegionMap, SlidingOscillator
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO
 
 WINDOW = ((12.0, 13.0), (0.0, 0.4))
@@ -62,8 +62,8 @@ def drawn_locus(
         residual=np.zeros(count),
         arclength=np.array(arclength, dtype=float),
         special=tuple(special),
-        started=LocusEnd(started, "left the window", tuple(values[0]) if count else place),
-        stopped=LocusEnd(stopped, reason, place),
+        started=End(started, "left the window", tuple(values[0]) if count else place),
+        stopped=End(stopped, reason, place),
     )
 
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from helpers.diagrams import STATES
 from slipfold import (
+    End,
     Locus,
     LocusDiagram,
-    LocusEnd,
     LocusPoint,
     Region,
     RegionCheck,
@@ -75,8 +75,8 @@ def doubling_locus(**changes):
         "residual": np.array([1e-14, 2e-14, 3e-13]),
         "arclength": np.array([0.0, 0.6, 1.1]),
         "special": (locus_point(), minimum()),
-        "started": LocusEnd("window", "left the window at f = 11.5", (11.5, 0.58)),
-        "stopped": LocusEnd("limit", "spring collapsed; stay below <this> value", (13.5, 0.29)),
+        "started": End("window", "left the window at f = 11.5", (11.5, 0.58)),
+        "stopped": End("limit", "spring collapsed; stay below <this> value", (13.5, 0.29)),
     }
     given.update(changes)
     return Locus(**given)
@@ -97,8 +97,8 @@ def fold_locus(**changes):
         "residual": np.array([1e-14, 2e-14]),
         "arclength": np.array([0.0, 0.25]),
         "special": (),
-        "started": LocusEnd("codimension-2", "emanates at a GPD of locus 1", (12.4362, 0.042)),
-        "stopped": LocusEnd("window", "left the window at f = 11.5", (11.5, 0.15)),
+        "started": End("codimension-2", "emanates at a GPD of locus 1", (12.4362, 0.042)),
+        "stopped": End("window", "left the window at f = 11.5", (11.5, 0.15)),
     }
     given.update(changes)
     return doubling_locus(**given)
@@ -119,8 +119,8 @@ def torus_locus(**changes):
         "residual": np.full(4, 1e-14),
         "arclength": np.array([0.0, 0.1, 0.3, 0.4]),
         "special": (chenciner,),
-        "started": LocusEnd("closed", "the locus closed on itself", (12.54, 0.2)),
-        "stopped": LocusEnd("closed", "the locus closed on itself", (12.54, 0.2)),
+        "started": End("closed", "the locus closed on itself", (12.54, 0.2)),
+        "stopped": End("closed", "the locus closed on itself", (12.54, 0.2)),
     }
     given.update(changes)
     return doubling_locus(**given)

@@ -10,7 +10,7 @@ from helpers.locus_diagrams import (
     made_locus_diagram,
     torus_locus,
 )
-from slipfold import LocusEnd
+from slipfold import End
 from slipfold.models.registry import model_named
 
 
@@ -92,7 +92,7 @@ def test_summary_says_where_else_an_autonomous_model_may_have_loci():
 
 @pytest.mark.parametrize("which", ["started", "stopped"])
 def test_a_failure_is_marked_at_either_end(which):
-    lost = LocusEnd("failed", "no convergence; halve it", (12.0, 0.1))
+    lost = End("failed", "no convergence; halve it", (12.0, 0.1))
     diagram = made_locus_diagram(loci=(doubling_locus(**{which: lost}),))
     assert diagram.failed
     rows = [line.split() for line in parts_of(diagram)[1][1:]]

@@ -13,7 +13,6 @@ import numpy as np
 
 from slipfold.arrays import Array, Complex, Mask
 from slipfold.bifurcations.branches.solution_curve import LocatedPoint, OrbitSeries
-from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, POINT_TYPES
 from slipfold.orbits.eigenvalues import eigenvalues_of
@@ -22,10 +21,6 @@ from slipfold.text import listed, parameter_text
 
 IMAGINARY = 1e-8
 """Real part of a pair on the imaginary axis, over the largest eigenvalue, that is rounding."""
-
-
-LocusEnd = End
-"""Why a locus begins or ends where it does: its `values` are those of both parameters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
