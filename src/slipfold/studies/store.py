@@ -14,9 +14,10 @@ import platform
 import sys
 from array import array
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import IO, Any
 from zlib import crc32
 
 from slipfold.errors import InputError
@@ -36,7 +37,7 @@ PROGRAM = {"schema", "versions", "quantities"}
 class Store:
     """The finished cases of one study, for one process at a time.
 
-    Made by `Store.open`; a context in which it is held.
+    Made by `Store.open`, in a context in which it is held.
     """
 
     def __init__(
@@ -56,6 +57,7 @@ class Store:
         self._unwritable: OSError | None = None  # why nothing can be added
 
     @classmethod
+    @contextmanager
     def open(
         cls,
         folder: Path,
@@ -63,15 +65,16 @@ class Store:
         head: Mapping[str, Any],
         resume: bool,
         temporary: bool = False,
-    ) -> Store:
+    ) -> Iterator[Store]:
         """Open or create the store of a study; one that has cases is refused without `resume`."""
         store = cls(folder, total, head, temporary)
         try:
             store._open(resume)
-        except BaseException:
-            store.close()
-            raise
-        return store
+            yield store
+        finally:
+            for file in (store._file, store._lock):
+                if file is not None:
+                    file.close()
 
     def missing(self, failed: bool = False) -> Iterator[int]:
         """Yield the numbers of cases not finished; and on request of those that failed."""
@@ -119,19 +122,6 @@ class Store:
         if self._temporary:
             return f"{cases} lost: {first}name a folder to store them in, store="
         return f"{cases} stored: {first}continue with --resume (resume=True)"
-
-    def close(self) -> None:
-        """Release it."""
-        for file in (self._file, self._lock):
-            if file is not None:
-                file.close()
-        self._file = self._lock = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
 
     @property
     def _path(self) -> Path:
