@@ -65,6 +65,26 @@ def test_a_forced_orbit_of_period_two_is_followed_without_its_parent():
     assert [point.value for point in part.branches[0].special] == pytest.approx(expected, abs=1e-11)
 
 
+FOLD = """
+name = "fold"
+parameters = { a = 0.5, F = 0.2 }
+[states]
+q = "a - q^2 + F*cos(t)"
+[forcing]
+period = "2*pi"
+amplitude = "F"
+"""
+
+
+def test_a_state_at_a_fold_is_kept_and_beyond_it_where_it_only_nearly_closes_refused():
+    model = sf.System.from_toml(FOLD)
+    (fold,) = sf.response(model, "a", (0.5, 0)).branches[0].special
+    assert sf.periodic_orbit(model.replace(a=fold.value), state=fold.state).state == fold.state
+    beyond = model.replace(a=fold.value - 1e-8)  # it misses by 1e-8 of the period, 2 pi
+    with pytest.raises(sf.InputError, match="no orbit of period 1"):
+        sf.periodic_orbit(beyond, state=fold.state, tolerance=1e-6)
+
+
 def test_what_does_not_fit_an_orbit_is_refused():
     cycle = sf.periodic_orbit(model_named("vanderpol-free"))
     with pytest.raises(sf.InputError, match="the span begins at mu = 2 but the orbit"):

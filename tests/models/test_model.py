@@ -77,3 +77,10 @@ def test_evaluate_refuses_what_it_cannot_use():
         model.evaluate("vrel", np.zeros(4))
     with pytest.raises(InputError, match="last axis must hold the 4 states x, y, vx, vy"):
         model.evaluate("N", np.zeros(3))
+    with pytest.raises(InputError, match="last axis must hold the 4 states x, y, vx, vy"):
+        model.jacobian(0.0)
+
+
+def test_a_jacobian_is_that_of_the_rates():
+    model = built_in_models()["stuart-landau"](r=-0.5, w=2.0)
+    assert model.jacobian([[0, 0]] * 3).tolist() == [[[-0.5, -2.0], [2.0, -0.5]]] * 3

@@ -9,6 +9,8 @@ from scipy.optimize import brentq
 import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER, belt, den_hartog, sliding, two_masses
 from slipfold.bifurcations.branches.orbit_between import orbit_between
+from slipfold.models.equilibria import search_equilibrium
+from slipfold.models.registry import model_named
 from slipfold.orbits.extrema import steady_extrema
 
 COULOMB = sf.Coulomb(mu_s=1.0, mu_k=0.5)
@@ -98,6 +100,20 @@ def test_cycles_on_belts(law, speed, damping, period):
     assert cycle.duration == pytest.approx(period, abs=1e-10)
     assert cycle.multipliers[0] == 1.0
     assert abs(cycle.multipliers[1]) <= cycle.multiplier_uncertainty[1] < 1e-14
+
+
+def test_a_given_phase_is_kept_but_no_multiple_of_a_cycle_and_no_equilibrium():
+    model = belt(COULOMB, 0.2, 0.1)
+    cycle = sf.periodic_orbit(model)
+    given = cycle.sample(8)[1][3]
+    again = sf.periodic_orbit(model, state=given, duration=cycle.duration)
+    assert again.state == pytest.approx(given, rel=0, abs=1e-9)
+    twice = sf.periodic_orbit(model, state=given, duration=2 * cycle.duration)
+    assert twice.duration == pytest.approx(cycle.duration, rel=1e-9)
+    for name in ("steady-sliding", "vanderpol-free"):
+        at_rest = model_named(name)
+        with pytest.raises(sf.InputError, match=r"no orbit of period 1|duration = "):
+            sf.periodic_orbit(at_rest, state=search_equilibrium(at_rest, at_rest.start), duration=1)
 
 
 def test_two_masses_on_a_belt():

@@ -452,16 +452,39 @@ class Model(Documented, ABC):
         functions = evaluation_of(self)
         if name not in functions.names:
             raise unknown(f"{self.name} has no output", name, functions.names)
+        values = functions.outputs(self, *self._at(state, time))
+        result = values[functions.names.index(name)]
+        return result if result.ndim else float(result)
+
+    def jacobian(self, state: ArrayLike, time: ArrayLike = 0.0) -> Array:
+        """Evaluate the derivatives of the rates by the states.
+
+        At an equilibrium its eigenvalues are the growth rates and angular frequencies of modes.
+
+        Parameters
+        ----------
+        state
+            States, shape (n_states,) or (..., n_states).
+        time
+            Seconds since an instant of phase zero, a number or shape (...).
+
+        Returns
+        -------
+        ndarray, shape (..., n_states, n_states)
+            A row for each rate, per second and in the units of the states.
+        """
+        return evaluation_of(self).linear(self, *self._at(state, time))[1]
+
+    def _at(self, state: ArrayLike, time: ArrayLike) -> tuple[Array, Array]:
+        """Return states and phases. Shapes: state (..., n); time (...)."""
         states = np.asarray(state, dtype=float)
         if not states.ndim or states.shape[-1] != len(self.states):
             raise InputError(
                 f"the state has the shape {states.shape}; its last axis must hold the "
                 f"{len(self.states)} states {', '.join(item.name for item in self.states)}"
             )
-        cycles = np.asarray(time, dtype=float) / functions.period(self)
-        values = functions.outputs(self, states, cycles - np.floor(cycles))
-        result = values[functions.names.index(name)]
-        return result if result.ndim else float(result)
+        cycles = np.asarray(time, dtype=float) / evaluation_of(self).period(self)
+        return states, cycles - np.floor(cycles)
 
     def _take(self, **attributes: Any) -> None:
         """Set attributes while the model is made; a finished one is immutable."""

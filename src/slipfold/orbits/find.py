@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError, refusal
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
@@ -22,6 +23,7 @@ from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.orbits.continued import fitted, hold_parameter
+from slipfold.orbits.extrema import PEAKS
 from slipfold.orbits.first_orbits import FIRST, find_cycle, find_response
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import broken_limit
@@ -202,6 +204,15 @@ class _Search:
         """Return the orbit near the limit of a trajectory with stick and slip."""
         model, forced = self.model, self.model.forced
         start = model.start if state is None else state
+        if not forced and state is not None and self.duration is not None:
+            timed = model.replace(duration=self.duration)
+            orbits = orbits_at(timed, 1, 1, by=SwitchedShooting)
+            z = orbits.unknown(state[None], timed)
+            if self._mismatch(orbits, z) < ORBIT.repeated:  # its phase is kept
+                with suppress(InputError):
+                    orbit = self._as_orbit(orbits, self._corrected(orbits, z))
+                    if _revolutions(orbit) == 1:  # neither a multiple of a cycle nor at rest
+                        return orbit
         # Newton's method takes over from where the trajectory nearly repeats.
         hybrid = HybridIntegration.begin(model, start, own_duration=True, energies=False)
         if forced:
@@ -286,8 +297,26 @@ class _Search:
             state, duration = orbit.state, orbit.duration / revolutions
 
     def _corrected(self, orbits: Orbits, guess: Array) -> Correction:
+        """Correct a guess, unless it is as good: at folds Newton's method only leads away."""
         row = hold_parameter(len(guess) - 1)
-        return correct(orbits, guess, row, tolerance=self.tolerance, iterations=FIRST.iterations)
+        found = correct(orbits, guess, row, tolerance=self.tolerance, iterations=FIRST.iterations)
+        mismatch = self._mismatch(orbits, guess)
+        if not mismatch <= self.tolerance or _is_at_rest(orbits, guess):  # closes at any time
+            return found
+        linearization = orbits.linearize(guess)
+        if found.converged:
+            known = self._mismatch(orbits, found.z)
+        else:  # errors of steps, as they grow in a period
+            known = ROUNDING * max(1.0, float(np.linalg.norm(linearization.monodromy, 2)))
+        if mismatch > known or not linearization.is_finite:
+            return found
+        return replace(
+            found, z=guess, linearization=linearization, residual=mismatch, moved=0.0, failure=""
+        )
+
+    def _mismatch(self, orbits: Orbits, z: Array) -> float:
+        with np.errstate(all="ignore"):
+            return orbits.residual(orbits.defect(z))
 
     def _as_orbit(self, orbits: Orbits, correction: Correction) -> PeriodicOrbit:
         if not correction.converged or correction.linearization is None:
@@ -313,6 +342,14 @@ def as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
     )
 
 
+def _is_at_rest(orbits: Orbits, z: Array) -> bool:
+    """Whether a smooth cycle of an autonomous model is an equilibrium."""
+    if orbits.model.forced or not orbits.by.smooth:
+        return False
+    rates = orbits.by.rates(orbits.nodes(z), orbits.constants(z))
+    return not np.any(np.abs(rates) > PEAKS.still)
+
+
 def _refuse_stopped(stopped: GuardStop | None) -> None:
     if stopped is not None:
         raise InputError(f"no orbit was found: {stopped.reason}")
@@ -320,9 +357,12 @@ def _refuse_stopped(stopped: GuardStop | None) -> None:
 
 def _revolutions(cycle: PeriodicOrbit) -> int:
     """Return how often a cycle returns to where it began."""
-    flow, model = flow_of(cycle.model), cycle.model
-    phases = np.append(0.0, 1 / np.arange(ORBIT.revolutions, 1, -1))
-    states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
+    flow, model, counts = flow_of(cycle.model), cycle.model, np.arange(ORBIT.revolutions, 1, -1)
+    if isinstance(cycle, StickSlipOrbit):
+        states = np.array([cycle.sample(count)[1][1] for count in counts.tolist()])
+    else:
+        phases = np.append(0.0, 1 / counts)
+        states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
     back = np.flatnonzero(distances(model, states, cycle.state) < ORBIT.same)
     return int(ORBIT.revolutions - back[0]) if len(back) else 1
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError, refusal
+from slipfold.flow.simulate import initial_state
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     DrawnRequest,
@@ -195,7 +196,7 @@ def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[s
         return _sweep_steps(model, view)
     at = cast(OrbitThrough, view.at)  # what is left is an orbit
     if at.period is None:
-        return _modes_of_equilibrium(model, view, at.state)
+        return _modes_of_equilibrium(model, at.state)
     takes = f"period={at.period}" if at.duration is None else f"duration={at.duration!r}"
     return [
         f"orbit = sf.periodic_orbit(model, state={at.state!r}, {takes})",
@@ -204,17 +205,14 @@ def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[s
     ]
 
 
-def _modes_of_equilibrium(model: Model, view: OrbitRequest, state: dict[str, float]) -> list[str]:
-    """Return the Python that finds an equilibrium again: it is the first of those it is among."""
-    value = model.values[view.vary]
-    end = max(view.span, key=lambda item: abs(item - value))
+def _modes_of_equilibrium(model: Model, state: dict[str, float]) -> list[str]:
+    """Return the Python for the modes of an equilibrium, which may be a fold or a branch point."""
     return [
-        "settings = sf.Settings(largest_period=0)",
-        f'diagram = sf.response(model, "{view.vary}", ({value!r}, {end!r}), start={state!r},'
-        " settings=settings)",
-        "values = diagram.branches[0].eigenvalues[0]",
+        f"state = {initial_state(model, state).tolist()!r}",
+        "values = np.linalg.eigvals(model.jacobian(state))",
+        'print("eigenvalues (1/s):", values)',
         'print("frequencies (Hz):", abs(values.imag) / (2 * np.pi))',
-        'print("damping ratios:", -values.real / abs(values))',
+        'print("damping ratios:", -values.real / np.maximum(abs(values), 1e-300))',
     ]
 
 
