@@ -31,6 +31,7 @@ from slipfold.interface.explorer.messages import (
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.registry import built_in_models, model_of_text
 
+FILES = {item.stem: item for item in sorted(Path(__file__).parent.glob("models/*.toml"))}
 VALUES = {"f": 12.2, "Vd": 0.1 + 0.5}
 DIAGRAM = diagram(parameters={**VALUES, "Nd": 0.5}, span=[0, 0.3], show="y", statistic="modulus")
 ORBIT = {"kind": "orbit", "id": 1, **BASE, "at": {"branch": 2, "arclength": 0.3}}
@@ -43,6 +44,8 @@ SIMULATION = {
     "perturbation": {"vy": 0.5},
     "periods": 50,
 }
+FREE_SIMULATION = {**SIMULATION, "model": "rayleigh", "parameters": {"e": 0.7}, "start": "rest"}
+FREE_SIMULATION |= {"text": FILES["rayleigh"].read_text(), "perturbation": {"x": 0.1}}
 PLANE = {
     "kind": "plane",
     "id": 1,
@@ -187,8 +190,7 @@ def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):
     assert names["model"] == model.replace(mu_k=0.4)
 
 
-FILES = Path(__file__).parent.glob("models/*.toml")
-MODELS = dict.fromkeys(built_in_models()) | {item.stem: item for item in sorted(FILES)}
+MODELS = dict.fromkeys(built_in_models()) | FILES
 EACH = long_except(MODELS, ("duffing", "stuart-landau", "chain"))
 """Often folds of a response, a Hopf point and a structure."""
 
@@ -218,7 +220,9 @@ def small(model):
 
 
 @pytest.mark.parametrize(
-    "view", [DIAGRAM, DUFFING, OWN, SIMULATION], ids=["sliding", "duffing", "own", "simulation"]
+    "view",
+    [DIAGRAM, DUFFING, OWN, SIMULATION, FREE_SIMULATION],
+    ids=["sliding", "duffing", "own", "simulation", "autonomous"],
 )
 def test_the_command_in_a_copied_case_file_gives_the_same_numbers(
     exported, view, tmp_path, monkeypatch

@@ -366,7 +366,8 @@ def _command(model: Model, view: DrawnRequest) -> str:
     assert isinstance(view, SimulationRequest)  # orbits were refused
     start = start_of(model, view)
     states = "".join(f" --state {name}={value!r}" for name, value in start.items())
-    return f"slipfold simulate case.toml --periods {view.periods}{states}"
+    unit = "" if model.forced else f" --set duration={timed(model, view).values['duration']!r}"
+    return f"slipfold simulate case.toml --periods {view.periods}{states}{unit}"
 
 
 def _ends(name: str, span: tuple[float, float]) -> str:
