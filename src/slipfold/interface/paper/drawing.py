@@ -57,7 +57,10 @@ def draw(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> Ca
 
 
 def _canvas(height: float) -> Canvas:
-    return Canvas(figsize=(2 * COLUMN, height), layout="constrained")
+    canvas = Canvas(figsize=(2 * COLUMN, height), layout="constrained")
+    # It knows the size of a text; without it every question would draw the figure again.
+    FigureCanvasAgg(canvas)
+    return canvas
 
 
 def _letters() -> Iterator[str]:
@@ -66,7 +69,8 @@ def _letters() -> Iterator[str]:
 
 def _name_last(canvas: Canvas, naming: Sequence[Callable[[], None]]) -> None:
     """Draw names last, where they cover nothing in the final layout."""
-    canvas.draw_without_rendering()
+    if (layout := canvas.get_layout_engine()) is not None:
+        layout.execute(canvas)
     canvas.set_layout_engine(None)  # "none" would draw it once more for each file
     for name in naming:
         name()
@@ -270,8 +274,6 @@ def _plane(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
         (HEIGHTS["wide plane"], HEIGHTS["wide detail"]) if figure.wide else (HEIGHTS["plane"],)
     )
     canvas = _canvas(sum(heights) + HEIGHTS["plane legend"])
-    # It knows the size of a text; without it every question would draw the figure again.
-    FigureCanvasAgg(canvas)
     grid = canvas.add_gridspec(len(heights), 2 // len(heights), height_ratios=heights)
     whole, detail = (canvas.add_subplot(grid[place]) for place in (0, 1))
     for ax, view in ((whole, diagram.window), (detail, figure.detail)):
