@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -203,8 +203,7 @@ def _absolute(value: Expression) -> Expression:
     return hy.sqrt(value**2.0)
 
 
-@dataclass(frozen=True, eq=False)
-class PropagatedStates:
+class PropagatedStates(NamedTuple):
     """Final states, NaN where not reached; everything in the states' own units."""
 
     ends: Array  # shape (l, n)

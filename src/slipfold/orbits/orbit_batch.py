@@ -393,23 +393,22 @@ class OrbitBatch:
         """Integrate so much of all segments: in explicit steps, or by the flow."""
         (k, m, n), quick = nodes.shape, self.steps is not None and tolerance > EXACTLY
         constants = self.flow.constants(parameters, None if quick else power_of_two(scales))
-        change = np.repeat(constants.rates[:, :, self._index], m, axis=0)
-        flat, start = nodes.reshape(k * m, n), np.tile(self._start, k)
-        if quick:
-            assert self.steps is not None
-            values = np.repeat(constants.values, m, axis=0)
-            wide = np.repeat(scales, m, axis=0)
-            given = flat, start, length, values, wide, change
-            return self.steps.propagate(*given, tolerance)
         # The same segment of all orbits in one batch: lanes take about as many steps each.
         order = np.arange(k * m).reshape(k, m).T.ravel()
-        each, start = constants.rows(order // m), start[order]
-        found = self.flow.linearize(
-            flat[order], start, start + length, each, change[order, :, None]
-        )
-        ends, matrices, vectors = (part[order.argsort()] for part in found)
-        unseen = np.full((k * m, self._limits), -np.inf)  # limits are not examined
-        return PropagatedStates(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
+        which, back = order // m, order.argsort()
+        flat, start = nodes.reshape(k * m, n)[order], self._start[order % m]
+        change = constants.rates[which, :, self._index]
+        if quick:
+            assert self.steps is not None
+            given = flat, start, length, constants.values[which], scales[which], change
+            found = self.steps.propagate(*given, tolerance)
+        else:
+            ends, matrices, vectors = self.flow.linearize(
+                flat, start, start + length, constants.rows(which), change[..., None]
+            )
+            unseen = np.full((k * m, self._limits), -np.inf)  # limits are not examined
+            found = PropagatedStates(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
+        return PropagatedStates(*(part[back] for part in found))
 
     def solve(self, part: Part, rows: Array, right: Array) -> tuple[Array, Array, Array]:
         """Return Newton's steps, unit tangents, and the equations for the first node alone.
