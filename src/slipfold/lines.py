@@ -8,7 +8,6 @@ from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch import Branch
@@ -288,6 +287,8 @@ def _grown(values: Array, s: Array, at: Array) -> Array:
     """Return values along a line, straight up to the first torus."""
     if len(s) == 2:
         return np.interp(at, s, values)
+    from scipy.interpolate import PchipInterpolator  # takes as long to import
+
     smooth = PchipInterpolator(s[1:], values[1:])
     return np.where(at < s[1], np.interp(at, s, values), smooth(np.maximum(at, s[1])))
 

@@ -26,10 +26,12 @@ def test_the_version_is_that_of_the_package():
     assert slipfold.__version__ == package_version()
 
 
-def test_a_response_imports_no_loci():
-    name = "slipfold.bifurcations.loci"
-    text = f"import slipfold, sys; slipfold.response; print('{name}' in sys.modules)"
-    assert run(text) == "False"
+@pytest.mark.parametrize(
+    ("used", "left"),
+    [("computations.response", "slipfold.bifurcations.loci"), ("interface.paper", "matplotlib")],
+)
+def test_what_is_needed_later_is_imported_later(used, left):
+    assert run(f"import slipfold.{used}, sys; print('{left}' in sys.modules)") == "False"
 
 
 def test_no_public_name_imports_what_takes_a_second():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from itertools import islice
@@ -13,7 +13,6 @@ from slipfold.bifurcations.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.interface.paper.cases import Case, Cases, Figure, read_cases
 from slipfold.interface.paper.claims import Claim, Findings, claims_markdown, judge_claims
-from slipfold.interface.paper.drawing import render
 from slipfold.interface.paper.tables import planes_markdown, thresholds_csv
 from slipfold.progress import Observer, Progress
 from slipfold.read_only import Documented
@@ -98,12 +97,12 @@ def reproduce(
             )
             for case, result in _finished(opened.executor, processes, tasks):
                 run.take_result(case, *result)
-            tasks = ((figure, render, run.drawing(figure, measure)) for figure in run.complete())
+            tasks = ((figure, _render, run.drawing(figure, measure)) for figure in run.complete())
             for figure, files in _finished(opened.executor, processes, tasks):
                 run.take_figure(figure, files)
         except KeyboardInterrupt:
             for figure in run.complete():
-                run.take_figure(figure, render(*run.drawing(figure, measure)), report=False)
+                run.take_figure(figure, _render(*run.drawing(figure, measure)), report=False)
     return run.conclude()
 
 
@@ -149,6 +148,13 @@ def _compute(case: Case, settings: Settings | None, tori: bool) -> tuple[Any, by
     if result.interrupted:
         raise KeyboardInterrupt
     return result, result._table().to_netcdf()
+
+
+def _render(figure: Figure, result: Mapping[Case, Any], measure: str) -> dict[str, bytes]:
+    """Draw a figure; Matplotlib is imported by those who draw, after the first results."""
+    from slipfold.interface.paper.drawing import render
+
+    return render(figure, result, measure)
 
 
 class _Run:
@@ -219,9 +225,8 @@ class _Run:
 
 def _early(case: Case, result: Any) -> Iterator[str]:
     """Yield a sentence for each branch, locus and torus that stopped early."""
-    for what in ("branches", "tori", "loci"):
+    for what, name in {"branches": "branch", "tori": "tori", "loci": "locus"}.items():
         for curve in getattr(result, what, ()):
-            name = {"branches": "branch", "tori": "tori", "loci": "locus"}[what]
             ends = (curve.stopped,) if what == "tori" else curve.ends
             reasons = [end.reason for end in ends if end.early]
             yield from (f"{case.key}, {name} {curve.id}: {reason}" for reason in reasons)
