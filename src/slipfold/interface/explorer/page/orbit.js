@@ -238,7 +238,7 @@ export class OrbitPanel {
   /** What arrived last, and whether it is still to be shown. */
   #arrived = null;
   #isDue = false;
-  #takeSoon = afterFrame(() => this.#take());
+  #takeSoon = afterFrame(() => this.#isDue && this.#take());
 
   constructor(session) {
     this.#session = session;
