@@ -109,6 +109,8 @@ def wanted_text(unit: str) -> str:
 
 def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     """Convert a number or arithmetic of numbers, with an optional unit, to the SI value."""
+    if type(text) is float:  # as nearly all are
+        return text
     if isinstance(text, bool):
         raise InputError(f"{name} = {text} is not a number; give a number")
     if not isinstance(text, str):

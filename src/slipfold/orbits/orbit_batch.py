@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -115,12 +115,16 @@ class Solutions:
         result[self.found, -1] = self.tangents[self.found, -1]
         return result
 
+    def derivatives(self, row: int) -> Linearization | None:
+        """Return the derivatives at one of them; None where they are not known."""
+        return None
+
     def point(self, row: int, orbits: Orbits, arclength: float, residual: float) -> OrbitPoint:
         """Return one of them as a point of a branch."""
-        place = self.z[row], self.tangents[row], arclength
+        place, known = (self.z[row], self.tangents[row], arclength), self.derivatives(row)
         tests = dict(zip(TESTS, self.tests[row].tolist(), strict=True))
         rest = {"monodromy": self.monodromies[row], "multipliers": self.multipliers[row]}
-        return OrbitPoint(*place, tests, 0, residual, curve=orbits, **rest)
+        return OrbitPoint(*place, tests, 0, residual, curve=orbits, linearization=known, **rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,12 +143,11 @@ class Corrected(Solutions):
         """What was seen of the limits."""
         return self.part.seen
 
-    def point(self, row: int, orbits: Orbits, arclength: float, residual: float) -> OrbitPoint:
-        """Return one of them as a point of a branch, with its derivatives."""
-        point, part = super().point(row, orbits, arclength, residual), self.part
+    def derivatives(self, row: int) -> Linearization:
+        """Return the derivatives at one of them."""
+        part = self.part
         missed = part.missed[row] * np.sqrt(len(part.missed[row]))
-        known = Linearization(missed, part.blocks[row], part.along[row, ..., None])
-        return replace(point, linearization=known)
+        return Linearization(missed, part.blocks[row], part.along[row, ..., None])
 
     @cached_property
     def signs(self) -> Array:
@@ -170,9 +173,11 @@ class Converged(Solutions):
     residuals: Array  # by how much orbits fail to close, in scaled states, shape (k,)
 
     def of(self, some: slice) -> Converged:
-        """Return some of them."""
+        """Return some of them, with what follows from the monodromies of all."""
         parts = self.z, self.tangents, self.monodromies, self.residuals
-        return Converged(*(part[some] for part in parts))
+        result = Converged(*(part[some] for part in parts))
+        vars(result).update(multipliers=self.multipliers[some], tests=self.tests[some])
+        return result
 
 
 class OrbitBatch:
@@ -288,9 +293,7 @@ class OrbitBatch:
         Shapes: z, rows (k, u).
         """
         (k, u), n = z.shape, self.scales.shape[1]
-        found = Converged(
-            z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k)
-        )
+        found = Converged(z.copy(), np.empty((k, u)), np.empty((k, n, n)), np.empty(k))
         going = np.arange(k)
         errors = [EXPLICIT.tolerance, NEARLY, NEARLY] if self.steps is not None else []
         for error in (errors + [EXACTLY] * ITERATIONS)[:ITERATIONS]:

@@ -177,7 +177,9 @@ def _describe_event(orbits: Orbits, found: Happened) -> SpecialPoint:
     return _uncertain(found, float(moved) * orbits.width, multiplier_uncertainty)
 
 
-def bare(found: Found) -> SpecialPoint:
+def bare(
+    found: Found, uncertainty: float = np.nan, multiplier_uncertainty: Array | float = np.nan
+) -> SpecialPoint:
     """Return what was located as it is: its normal form and its uncertainties take longer."""
     orbits, point = found.point.curve, found.point
     kind, name = _named(found)
@@ -188,9 +190,9 @@ def bare(found: Found) -> SpecialPoint:
         name=name,
         vary=orbits.vary,
         value=orbits.value(point.z),
-        uncertainty=np.nan,
+        uncertainty=uncertainty,
         nodes=_nodes(found),
-        multiplier_uncertainty=np.full(len(fields["multipliers"]), np.nan),
+        multiplier_uncertainty=np.full(len(fields["multipliers"]), multiplier_uncertainty),
         stuck_fraction=_stuck_fraction(found),
         images=found.images if isinstance(found, SeveralCritical) else 0,
         rare=found.rare if isinstance(found, SeveralCritical) else 0,
@@ -229,11 +231,8 @@ def _named(found: Found) -> tuple[str, str]:
 
 def _uncertain(found: Found, uncertainty: float, multiplier_uncertainty: Array) -> SpecialPoint:
     """Return what was located with its uncertainties; what is not a number is not known."""
-    return replace(
-        bare(found),
-        uncertainty=np.inf if np.isnan(uncertainty) else uncertainty,
-        multiplier_uncertainty=_padded(found.point, multiplier_uncertainty),
-    )
+    known = np.inf if np.isnan(uncertainty) else uncertainty
+    return bare(found, known, _padded(found.point, multiplier_uncertainty))
 
 
 def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
