@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -236,7 +236,8 @@ def responses(
     cases = [
         {name: float(column[case]) for name, column in columns.items()} for case in range(total)
     ]
-    batch, made = dict[int, _Followed](), dict[int, Diagram]()
+    batch: dict[int, BatchedCase] = {}
+    made: dict[int, Diagram] = {}
 
     def send(stage: str, fraction: float) -> None:
         if on_progress is not None:
@@ -279,14 +280,6 @@ def responses(
     )
 
 
-class _Followed(NamedTuple):
-    """A case that was followed in a batch, in so many seconds."""
-
-    model: Model
-    followed: BatchedCase
-    seconds: float
-
-
 def _batch(
     model: Model,
     vary: str,
@@ -295,7 +288,7 @@ def _batch(
     start: int,
     settings: Settings,
     send: Callable[[str, float], None],
-) -> dict[int, _Followed]:
+) -> dict[int, BatchedCase]:
     """Follow cases in a batch, those that can be, by their numbers."""
     from slipfold.bifurcations.branches.batched import follow_batch
 
@@ -313,22 +306,19 @@ def _batch(
         result = follow_batch(list(models.values()), vary, span, settings, send)
     except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return {}
-    each = (perf_counter() - began) / len(models)
-    return {
-        case: _Followed(models[case], followed, each)
-        for case, followed in zip(models, result, strict=True)
-        if not followed.failure
-    }
+    for followed in result:
+        followed.seconds = (perf_counter() - began) / len(models)
+    return {case: item for case, item in zip(models, result, strict=True) if not item.failure}
 
 
 def _diagrams(
-    batch: Mapping[int, _Followed], vary: str, span: tuple[float, float], settings: Settings
+    batch: Mapping[int, BatchedCase], vary: str, span: tuple[float, float], settings: Settings
 ) -> dict[int, Diagram]:
     """Return the diagrams of cases that were followed in a batch, without those that fail."""
     began, branches = perf_counter(), dict[int, tuple[Branch, ...]]()
     for case, item in batch.items():
         with suppress(InputError, *BREAKDOWNS):  # reported when the case itself is computed
-            branches[case] = item.followed.assembled(vary, span[0])
+            branches[case] = item.assembled(vary, span[0])
     try:
         checked = check_together(list(branches.values()))
     except (InputError, *BREAKDOWNS):  # likewise
@@ -336,9 +326,9 @@ def _diagrams(
     each = (perf_counter() - began) / len(batch)
     diagrams = dict[int, Diagram]()
     for (case, own), checks in zip(branches.items(), checked, strict=True):
-        text = provenance(batch[case].seconds + each)
-        model = batch[case].model
-        diagrams[case] = Diagram(model, vary, span, own, settings, (), text, checks)
+        item = batch[case]
+        text = provenance(item.seconds + each)
+        diagrams[case] = Diagram(item.model, vary, span, own, settings, (), text, checks)
     return diagrams
 
 

@@ -56,6 +56,7 @@ class BatchedCase:
     model: Model
     branches: list[BatchedBranch] = field(default_factory=list)
     failure: str = ""  # why it has to be followed individually
+    seconds: float = 0.0  # its part of what the batch took, where that was measured
     described: dict[Found, SpecialPoint] = field(default_factory=dict)  # unless to the loss alone
 
     def leave(self, reason: str) -> None:
