@@ -327,7 +327,7 @@ def basins(
         return starts, phases
 
     started = perf_counter()
-    result = find_basins(changed, (axes[0], axes[1]), starts_at, periods, on_progress)
+    result, uncertain = find_basins(changed, (axes[0], axes[1]), starts_at, periods, on_progress)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
@@ -335,9 +335,9 @@ def basins(
         second=axes[1],
         state=start,
         labels=result.labels,
-        uncertain=result.uncertain,
+        uncertain=uncertain,
         attractors=result.attractors,
-        ends=result.searched.ends,
+        ends=result.ends,
         requested=periods,
         interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
@@ -436,7 +436,7 @@ def sweep(
     if not directions and not len(states):
         raise InputError("neither a sweep nor a start is requested; give runs or starts")
     started = perf_counter()
-    result = SweepRun(
+    work = SweepRun(
         changed,
         vary,
         values,
@@ -446,13 +446,19 @@ def sweep(
         transient,
         periods,
         on_progress,
-    ).result()
+    )
+    interrupted = work.run()
     return Sweep(
+        model=work.model,
         vary=vary,
         values=values,
+        runs=work.names,
+        states=work.states,
+        stuck=work.stuck,
+        reasons=work.reasons.astype(str),
         transient=transient,
+        interrupted=interrupted,
         provenance=provenance(perf_counter() - started),
-        **{**vars(result), "reasons": result.reasons.astype(str)},
     )
 
 
@@ -489,7 +495,7 @@ def regimes(
     >>> result.names("up").tolist(), result.at(f=12.2, Nd=0.2)["rest"]
     ([['period 1', 'period 2'], ['period 1', 'period 1']], 'period 2')
     """
-    from slipfold.long_term.regimes import find_regimes
+    from slipfold.long_term.regimes import RUNS, find_regimes
     from slipfold.results.trajectories import RegimeMap
 
     changed = checked_model(model).replace(**parameters)
@@ -507,7 +513,7 @@ def regimes(
     ]
     one, other = vary
     started = perf_counter()
-    result = find_regimes(
+    work, interrupted = find_regimes(
         changed,
         (one, other),
         (axes[0], axes[1]),
@@ -515,9 +521,19 @@ def regimes(
         transient,
         on_progress,
     )
+    known = work.known
+    further = range(1, len(known.kinds) - len(RUNS) + 1)
+    shape = len(known.kinds), len(axes[0]), len(axes[1])
     return RegimeMap(
+        model=work.model,
         over=dict(zip(vary, axes, strict=True)),
+        runs=(*RUNS, *(f"continued {number}" for number in further)),
+        kinds=work.reported_kinds.reshape(shape),
+        periods=known.periods.reshape(shape),
+        exponents=known.exponents.reshape(shape),
+        states=known.states.reshape(*shape, -1),
+        means=known.means.reshape(*shape, -1),
         transient=transient,
+        interrupted=interrupted,
         provenance=provenance(perf_counter() - started),
-        **{**vars(result), "kinds": result.kinds.astype(str)},
     )

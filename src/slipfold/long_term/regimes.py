@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -171,20 +171,6 @@ RUNS = ("rest", "up", "down")
 """The first runs; those after them are trajectories continued from neighboring cells."""
 
 
-@dataclass(frozen=True, eq=False)
-class RegimePlane:
-    """A map of regimes; axes of arrays are the runs, then those of the plane."""
-
-    model: Model
-    runs: tuple[str, ...]
-    kinds: NDArray[np.str_]
-    periods: NDArray[np.int64]  # 0 of what does not repeat
-    exponents: Array  # the largest one, per forcing period; NaN where it was not needed
-    states: Array  # the last ones; NaN where there are none
-    means: Array  # of the states at phase zero of a response that repeats, else NaN
-    interrupted: bool
-
-
 def find_regimes(
     model: Model,
     axes: tuple[str, str],
@@ -192,11 +178,12 @@ def find_regimes(
     start: Array,
     transient: int,
     observer: Observer | None = None,
-) -> RegimePlane:
+) -> tuple[TrajectoryGrid, bool]:
     """Follow trajectories in all cells: from the start, and from those of neighboring cells.
 
     Runs up and down along the second parameter come first. Then every trajectory is continued to
-    all neighbors until none is new. Shapes: places (n1,), (n2,); start (n,).
+    all neighbors until none is new. Return them, and whether that was interrupted. Shapes: places
+    (n1,), (n2,); start (n,).
     """
     shape = len(places[0]), len(places[1])
     first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
@@ -212,7 +199,7 @@ def find_regimes(
         _name_alike(work)
     except KeyboardInterrupt:
         interrupted = True
-    return _plane(work, shape, interrupted)
+    return work, interrupted
 
 
 def _sweep(work: TrajectoryGrid, lines: NDArray[np.intp]) -> None:
@@ -231,21 +218,6 @@ def _name_alike(work: TrajectoryGrid) -> None:
         rows = (run, cells), (later, cells)
         same = _same(work, cells, *map(known.rows, rows)) & (known.kinds[later] == PERIODIC)
         known.means[later, same] = known.means[run, same]
-
-
-def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> RegimePlane:
-    further = len(work.known.kinds) - len(RUNS)
-    shape = len(work.known.kinds), *cells
-    return RegimePlane(
-        work.model,
-        (*RUNS, *(f"continued {number}" for number in range(1, further + 1))),
-        work.reported_kinds.reshape(shape),
-        work.known.periods.reshape(shape),
-        work.known.exponents.reshape(shape),
-        work.known.states.reshape(*shape, -1),
-        work.known.means.reshape(*shape, -1),
-        interrupted,
-    )
 
 
 Labels = NDArray[np.int64]

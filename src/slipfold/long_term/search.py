@@ -304,29 +304,19 @@ KNOWN, WITHIN_CELL, WITHIN_ERROR = 0, 1, 2
 an integration error."""
 
 
-@dataclass(frozen=True, eq=False)
-class BasinMap:
-    """Labels of the cells of a plane; shapes of arrays (n_second, n_first)."""
-
-    searched: SearchResult  # of the centers of cells
-    labels: NDArray[np.int64]
-    uncertain: NDArray[np.int64]
-    attractors: tuple[Attractor, ...]
-    interrupted: bool
-
-
 def find_basins(
     model: Model,
     axes: tuple[Array, Array],
     starts_at: Callable[[Array, Array], tuple[Array, Array]],
     periods: int | None,
     observer: Observer | None,
-) -> BasinMap:
+) -> tuple[SearchResult, NDArray[np.int64]]:
     """Label the cells of a plane by their attractors, and mark uncertain cells.
 
     Trajectories start at the centers of cells, then at their corners. Cells whose labels differ and
     their neighbors are labeled again from states perturbed by integration errors. `starts_at`
-    returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
+    returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,); labels and marks
+    (n_second, n_first).
     """
     from scipy.ndimage import binary_dilation
 
@@ -348,8 +338,7 @@ def find_basins(
         if not last.interrupted:
             last = searched_on(starts[cells] + sign * moved, phases[cells])
             uncertain.flat[cells[_differ(labels.flat[cells], last.labels)]] = WITHIN_ERROR
-    attractors = tuple(item.attractor for item in last.known)
-    return BasinMap(first, labels, uncertain, attractors, last.interrupted)
+    return replace(last, labels=labels, ends=first.ends), uncertain
 
 
 def _grid(first: Array, second: Array) -> tuple[Array, Array]:

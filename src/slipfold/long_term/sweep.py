@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.ensembles import SingleTrajectory, models_with, stroboscopic_samples
@@ -19,18 +18,6 @@ UP, DOWN = "up", "down"
 
 NOT_DONE = "not done"
 """Why a run has no points where an interruption came before."""
-
-
-@dataclass(frozen=True, eq=False)
-class SweepResult:
-    """What was found; a run is a sweep up or down, or all values from one start."""
-
-    model: Model
-    runs: tuple[str, ...]
-    states: Array  # at phase zero, shape (n_runs, n_values, kept, n); NaN where there are none
-    stuck: NDArray[np.bool_]  # whether one stuck or was open at the end, shape (n_runs, n_values)
-    reasons: NDArray[np.object_]  # why there are no points, shape (n_runs, n_values)
-    interrupted: bool
 
 
 @dataclass(eq=False)
@@ -57,22 +44,19 @@ class SweepRun:
         numbers = range(1, len(self.starts) + 1)
         self.names = (*self.runs, *(f"start {number}" for number in numbers))
         shape = len(self.names), len(self.values)
-        self.states = np.full((*shape, self.kept, len(self.start)), np.nan)
-        self.stuck = np.zeros(shape, bool)
-        self.reasons = np.full(shape, NOT_DONE, object)
+        self.states = np.full((*shape, self.kept, len(self.start)), np.nan)  # at phase zero
+        self.stuck = np.zeros(shape, bool)  # whether it stuck or was open at the end
+        self.reasons = np.full(shape, NOT_DONE, object)  # why there are no points
         self.total = shape[0] * shape[1] * (self.transient + self.kept - 1)
         self.done = 0
 
-    def result(self) -> SweepResult:
-        """Follow all trajectories; an interruption keeps those that are done."""
-        interrupted = False
+    def run(self) -> bool:
+        """Follow all trajectories; return whether that was interrupted, which keeps those done."""
         try:
             self._run()
         except KeyboardInterrupt:
-            interrupted = True
-        return SweepResult(
-            self.model, self.names, self.states, self.stuck, self.reasons, interrupted
-        )
+            return True
+        return False
 
     def _run(self) -> None:
         state = self.start
