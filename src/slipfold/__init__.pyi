@@ -104,7 +104,6 @@ from slipfold.results.attractors import Attractors as Attractors
 from slipfold.results.attractors import BasinFractions as BasinFractions
 from slipfold.results.attractors import Basins as Basins
 from slipfold.results.attractors import FractionEstimate as FractionEstimate
-from slipfold.results.attractors import FractionEstimates as FractionEstimates
 from slipfold.results.diagram import Diagram as Diagram
 from slipfold.results.locus_diagram import LocusDiagram as LocusDiagram
 from slipfold.results.measured import Fit as Fit

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,11 @@ SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""
 
 
-class FractionEstimate(NamedTuple):
-    """Fraction of the starts with one outcome.
+N = TypeVar("N", float, Array)
+
+
+class FractionEstimate(NamedTuple, Generic[N]):
+    """Fraction of the starts with one outcome; along a parameter arrays, shape (n_values,).
 
     Parameters
     ----------
@@ -47,12 +50,12 @@ class FractionEstimate(NamedTuple):
         Bounds that hold with 95 % confidence.
     """
 
-    value: float
-    low: float
-    high: float
+    value: N
+    low: N
+    high: N
 
 
-def fraction_of(hits: int, count: int) -> FractionEstimate:
+def fraction_of(hits: int, count: int) -> FractionEstimate[float]:
     """Return the fraction of some starts, with Wilson's bounds."""
     if not count:
         return FractionEstimate(np.nan, 0.0, 1.0)
@@ -112,7 +115,7 @@ class FoundAttractors(PerPeriod, Result):
         """Return one of them."""
         return self.attractors[place]
 
-    def fraction(self, attractor: Attractor | int) -> FractionEstimate:
+    def fraction(self, attractor: Attractor | int) -> FractionEstimate[float]:
         """Return the fraction of the starts that converged to an attractor.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less. Starts
@@ -347,22 +350,6 @@ class Basins(FoundAttractors):
         return first, second
 
 
-class FractionEstimates(NamedTuple):
-    """Fractions of the starts with one outcome, at all values of a parameter.
-
-    Parameters
-    ----------
-    value
-        The fractions, from 0 to 1, shape (n_values,); NaN where the search was not finished.
-    low, high
-        Bounds that hold with 95 % confidence at each value, shapes (n_values,).
-    """
-
-    value: Array
-    low: Array
-    high: Array
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class BasinFractions(PerPeriod, Result):
     """Which fraction of the starts each attractor wins along a parameter; frozen.
@@ -418,7 +405,7 @@ class BasinFractions(PerPeriod, Result):
         result = self._all()
         return {float(self.values[place]): item for place, item in result if item.id == number}
 
-    def fraction(self, number: int) -> FractionEstimates:
+    def fraction(self, number: int) -> FractionEstimate[Array]:
         """Return the fractions of the starts that converged to an attractor, with their bounds.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less.
@@ -430,13 +417,13 @@ class BasinFractions(PerPeriod, Result):
 
         Returns
         -------
-        FractionEstimates
+        FractionEstimate
             The fractions at all values and their bounds at 95 % confidence.
         """
         hits = (self.labels == number).sum(axis=1)
         counts = (self.labels != UNFINISHED).sum(axis=1)
         rows = [fraction_of(*pair) for pair in zip(hits.tolist(), counts.tolist(), strict=True)]
-        return FractionEstimates(*np.array(rows).T)
+        return FractionEstimate(*np.array(rows).T)
 
     def _head(self) -> str:
         span = parameter_text(self.model.parameter(self.vary), self.values[0], self.values[-1])
@@ -497,11 +484,10 @@ class BasinFractions(PerPeriod, Result):
             "what": [kind_of(item) for _, item, _ in result],
         }
         columns |= {
-            name: [fraction[name] for _, _, fraction in result]
-            for name in FractionEstimates._fields
+            name: [fraction[name] for _, _, fraction in result] for name in FractionEstimate._fields
         }
         return Frame(columns, {self.vary: self.model.parameter(self.vary).unit})
 
 
-def _at(fractions: FractionEstimates, place: int) -> dict[str, float]:
+def _at(fractions: FractionEstimate[Array], place: int) -> dict[str, float]:
     return {name: float(each[place]) for name, each in fractions._asdict().items()}
