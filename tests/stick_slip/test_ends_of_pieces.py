@@ -9,6 +9,7 @@ import slipfold as sf
 from helpers.dry_friction import belt, den_hartog
 from slipfold.bifurcations.branches import switching_boundaries
 from slipfold.continuation import pieces
+from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
@@ -52,6 +53,32 @@ def test_derivatives_are_those_of_the_piece_of_a_point() -> None:
     own, point = (orbits.point(item, 0.0) for item in (slips, crossed))
     assert point.multipliers == pytest.approx(own.multipliers, rel=1e-9)
     assert point.tangent == pytest.approx(own.tangent, rel=1e-9)
+
+
+class Parted(AlgebraicCurve):
+    """The line x = 0, from 1e-9 on at another x; rounding decides the piece between, and slopes."""
+
+    def __init__(self, apart: float) -> None:
+        self.apart = apart
+
+    def defect(self, z):
+        return np.array([z[0] - self.apart * (z[1] >= 1e-9)])
+
+    def jacobian(self, z):
+        return np.array([[1.0, 2.5 if 0 <= z[1] < 1e-9 else 0.0]])
+
+    def point(self, correction, arclength):
+        piece = int(np.searchsorted([0.0, 1e-9], correction.z[1], side="right"))
+        return replace(super().point(correction, arclength), piece=piece)
+
+
+@pytest.mark.parametrize(("apart", "found"), [(0.0, [2]), (5e-7, [])])
+def test_a_piece_that_rounding_makes_is_passed_straight_ahead(apart: float, found: list) -> None:
+    curve, row = Parted(apart), np.eye(2)[1]
+    before, after = curve.begin((0, -1e-11), row), curve.begin((0, 1e-11), -row)
+    points = pieces.ahead_of(curve, before, after)
+    assert [point.piece for point in points] == found
+    assert all(point.tangent @ before.tangent > 0.99 for point in points)
 
 
 @pytest.mark.parametrize("span", [(0.9, 2.5), pytest.param((3.0, 0.9), marks=pytest.mark.long)])

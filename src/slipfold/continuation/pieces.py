@@ -31,7 +31,7 @@ class PIECE:
     lost: float = 1e-6
     # Steps onto the next piece, which show in which direction of its tangent it lies
     looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3)
-    longest_look: float = 1e-2  # such a step where the next piece is straight ahead
+    across: tuple[float, ...] = (*looks, 1e-2)  # such steps where the next piece is straight ahead
     # Distance above which the end of a piece and the beginning of the next are not connected
     apart: float = 1e-4
     # Maximum distance of the next piece from the tangent of this one, over the step
@@ -228,15 +228,17 @@ def ahead_of(curve: Curve[P], before: P, after: P) -> list[P]:
                 return [replace(turned, arclength=after.arclength), point]
             if row is own and point.piece != before.piece:
                 return [point]
-    return []
+    # A tangent of a thin piece, which rounding makes, leads nowhere.
+    beyond = across_gap(curve, before, PIECE.looks[:1])
+    return [] if beyond is None else [beyond]
 
 
-def across_gap(curve: Curve[P], last: P) -> P | None:
+def across_gap(curve: Curve[P], last: P, steps: Sequence[float] = PIECE.across) -> P | None:
     """Return a point of the next piece to which the tangent of this one leads, None without one.
 
     Next to where the piece begins the equations may be too stiff to be solved.
     """
-    for step in (*PIECE.looks, PIECE.longest_look):
+    for step in steps:
         guess, s = last.z + step * last.tangent, last.arclength + step
         point = _solution(curve, guess, last.tangent, s, last.z, 2 * step)
         if point is None or point.piece == last.piece:
