@@ -68,7 +68,7 @@ def _stability(mark: TableLine) -> str:
 def _stuck(branch: Branch) -> str:
     """Say for how much of the period contacts stick at most, if they do."""
     most = 0.0 if branch.stuck_fraction is None else float(np.nanmax(branch.stuck_fraction))
-    return f"contacts stick for up to {most:.4g} of the period" if most > 0 else ""
+    return f"contacts stick for up to {100 * most:.4g} % of the period" if most > 0 else ""
 
 
 class Labeled(NamedTuple):
