@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic
 
@@ -119,8 +119,11 @@ class _Follower(Generic[P]):
         recent, taken = traced.recent(STEP.memory), len(traced.points) - 1
         monitors = self.monitors(traced.curve) if callable(self.monitors) else self.monitors
         steps = CurveSteps(traced.curve, recent, first_step, self.bounds, self.settings)
-        first = traced.points[-1]
-        for item in steps.points(self.cap, taken):
+        first, ahead, traced.ahead = traced.points[-1], traced.ahead, None
+        items: Iterable[P | Failure] = steps.points(self.cap, taken)
+        if ahead and ahead.resembles(first) and ahead.arclength - first.arclength > first_step:
+            items = [ahead]
+        for item in items:
             if isinstance(item, Failure):
                 traced.end = self.endings.failed(traced, item)
                 return None
@@ -140,6 +143,8 @@ class _Follower(Generic[P]):
             if traced.end is None and reaches(item, self.bounds):
                 break
             if traced.end is not None:
+                predicted = item is ahead or steps.predicted
+                traced.ahead = item if predicted and item.piece != before.piece else None
                 return None
             try:
                 renewed = self._renew()
@@ -149,6 +154,8 @@ class _Follower(Generic[P]):
             if renewed:
                 same = traced.points[-1].resembles(before)  # nothing was computed again
                 return float(steps.front.step[0]) if same else item.arclength - before.arclength
+            if item is ahead:
+                return item.arclength - before.arclength
         traced.end = self.endings.left(traced)
         return None
 

@@ -41,6 +41,8 @@ class TracedCurve(Generic[P]):
     # What it ended on, if that is known: none or one, two if it has two ends
     reached: tuple[Any, ...] = ()
     closes: bool = False  # whether it came back to its first point
+    # A point beyond the end, where the last points predicted it as they predict those before it
+    ahead: P | None = None
 
     def recent(self, count: int) -> list[P]:
         """Return the last points, as far as their unknowns mean the same."""

@@ -408,6 +408,7 @@ class CurveSteps(FrontEquations, Generic[P]):
         self._curve, self._settings, self._bounds = curve, settings, bounds
         self._reason = TOO_SHARP
         self._corrected: P | None = None
+        self.predicted = True  # whether the last step fits, also if it leaves its smooth piece
         self._nears_end = False  # whether a step failed since it went beyond the end of the model
         self.crossing = tuple(map(list(self.recent[-1].tests).index, curve.crossing))
         names = ("z", "tangent", "values", "arclength")
@@ -440,6 +441,7 @@ class CurveSteps(FrontEquations, Generic[P]):
             trial = front.take(ONLY)
             if trial.fits[0]:
                 front.accept(trial, ONLY)
+                self.predicted = bool(trial.measures.fits[0])
                 self.recent = [*self.recent, trial.result.point][-NEWTON.known :]
                 return self.recent[-1]
             if not trial.result.found[0] and self._before_end < tried:

@@ -55,6 +55,8 @@ class OrbitPoint(Point):
 
     monodromy: Array  # monodromy matrix in scaled states, shape (n, n)
     multipliers: Complex  # Floquet multipliers, shape (n,)
+    # Fraction of the period in which a contact sticks, NaN if none may; the trajectory is at hand
+    stuck_fraction: float = np.nan
 
     def resembles(self, other: Point) -> bool:
         """Whether the unknown of another orbit means the same."""
@@ -129,6 +131,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             curve=self,
             monodromy=monodromy,
             multipliers=multipliers,
+            stuck_fraction=self.orbits.stuck_fraction(z),
         )
 
     def described_by(self, by: Discretization, spectrum: Multipliers | None = None) -> Self:
@@ -264,6 +267,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             curve=self,
             monodromy=linearization.monodromy,
             multipliers=multipliers,
+            stuck_fraction=orbits.stuck_fraction(z),
         )
 
 

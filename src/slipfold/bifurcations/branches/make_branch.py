@@ -444,7 +444,7 @@ def curve_fields(
 ) -> dict[str, Any]:
     """Return the fields that branches and loci have in common, besides states and ends."""
     durations, model = orbits.durations(points), orbits.model
-    stuck = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
+    stuck = np.array([point.stuck_fraction for point in points])
     return {
         "id": followed.number,
         "kind": orbits.kind,

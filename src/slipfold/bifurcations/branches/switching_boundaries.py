@@ -11,6 +11,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.end import End
+from slipfold.continuation.interpolation import arc_between
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
     PIECE,
@@ -521,12 +522,26 @@ def _next_piece(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint
     before = after if len(traced.points) == 1 else traced.points[-2]
     if len(traced.points) > 1 and before.piece == after.piece:  # nothing is beyond
         return None
-    curve = after.curve
+    curve, orbits = after.curve, after.curve.orbits
     renewed = curve.renewed([after])
     # Nothing is interpolated across the boundary: it is another curve.
-    other = curve.described_by(curve.orbits.by) if renewed is None else renewed[0]
-    points = [other.converted(point) for point in ahead_of(curve, before, after)]
-    known = [point for point in points if point is not None]
+    other = curve.described_by(orbits.by) if renewed is None else renewed[0]
+
+    def moved(point: OrbitPoint) -> OrbitPoint | None:
+        same = renewed is None and point.curve is curve
+        return replace(point, curve=other) if same else other.converted(point)
+
+    item, traced.ahead = traced.ahead, None
+    apart = float(np.linalg.norm(after.z - before.z))
+    if apart >= BORDER.beside and _kind(before.piece, after.piece) == "MEET":
+        first = moved(after)  # so far from where changes meet that it has the tangent of its piece
+        beyond = moved(item) if item else None
+        if first and beyond and item:
+            arclength, parameters = first.arclength + arc_between(first, beyond), len(orbits.widths)
+            z = np.append(beyond.z[:-parameters], item.z[-parameters:])  # on a bound exactly
+            traced.ahead = replace(beyond, z=z, arclength=arclength)
+        return (other, first) if first else None
+    known = [point for point in map(moved, ahead_of(curve, before, after)) if point is not None]
     if not known:
         return None
     first, ahead = known[0], known[-1]
