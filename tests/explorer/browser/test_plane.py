@@ -164,6 +164,17 @@ def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
     expect(legend(new_tab).filter(has_text="period 1 stable")).to_have_count(1)
 
 
+def test_the_tour_does_not_take_the_plane_of_another_model(explorer):
+    page = explorer.open(QUIET, plane=True).page
+    title = page.locator(f"{PLANE} .xtitle")
+    expect(title).to_contain_text("Ω")
+    page.get_by_role("button", name="Tour").click()
+    expect(title).to_have_text("f (Hz)")
+    page.get_by_role("button", name="Skip the tour").click()
+    page.get_by_label("Undo (Ctrl+Z)").click()
+    expect(title).to_contain_text("Ω")
+
+
 @pytest.mark.long
 def test_lines_under_way_stay_when_the_view_changes_elsewhere(new_tab):
     heads = []

@@ -188,7 +188,9 @@ export class Tour {
     this.#next.textContent = step + 1 === STEPS.length ? "Done" : "Next";
     if (this.#parts.simulation.state.ends.length > 0) this.#parts.simulation.clear();
     // The steps are the tour's, not the reader's: there is nothing to undo between them.
-    if (view) this.#session.store.amend({ ...view(model), plane: this.#session.view.plane ?? model.plane });
+    const { view: before } = this.#session;
+    const plane = (before.model === TOUR_MODEL ? before.plane : null) ?? model.plane;
+    if (view) this.#session.store.amend({ ...view(model), plane });
     act?.(this.#parts);
     this.#showText();
     this.#highlight(document.querySelector(at));
