@@ -16,14 +16,12 @@ from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
+from slipfold.flow.trajectory import MEASURES
 from slipfold.models.levels import quantity_of, reference_of
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import POINT_TYPES, REQUESTED_TYPES
 from slipfold.orbits.extrema import AVERAGED, Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import measured_of
-
-MEASURES = ("max", "min", "peak_to_peak", "modulus")
-"""What a figure may show of an output over an orbit."""
 
 MAX_AND_MIN = "max_and_min"
 """The first two together, a line each: figures of responses show them."""

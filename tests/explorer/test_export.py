@@ -28,6 +28,7 @@ from slipfold.interface.explorer.messages import (
     PlaneRequest,
     parse_request,
 )
+from slipfold.interface.explorer.plain import short
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.registry import built_in_models, model_of_text
 
@@ -305,9 +306,8 @@ def test_copied_python_follows_the_same_motions(exported, name, tmp_path, monkey
     *places, last = answers_to(view)
     names = run_python(exported(view, "python").decode(), tmp_path, monkeypatch)
     for way, copied in names["swept"].items():
-        shown = [(place["x"], place["y"][0]) for place in places if place["run"] == way]
-        assert [x for x, _ in copied] == [x for x, _ in shown]
-        assert [y for _, y in copied] == pytest.approx([y for _, y in shown], rel=1e-4)
+        shown = {place["x"]: place["y"] for place in places if place["run"] == way}
+        assert {x: short([y for at, y in copied if at == x]) for x, _ in copied} == shown
     printed = capsys.readouterr().out
     assert [way for way in names["swept"] if f"swept {way}, it ended" in printed] == [*last["ends"]]
     assert "<svg" in (tmp_path / "sweep.svg").read_text()

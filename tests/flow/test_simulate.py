@@ -40,6 +40,16 @@ def test_dense_output_is_exact_anywhere(linear, cycles):
     assert linear.at(times) == pytest.approx(linear.model.exact(times, [0.3, -2.0]), abs=1e-11)
 
 
+def test_extremes_are_those_of_the_exact_response(linear):
+    late = (300 + np.linspace(0, 1, 20_001)) * linear.forcing_period
+    exact = linear.model.exact(late, [0.3, -2.0])[:, 0]
+    assert linear.extremes("x") == pytest.approx([exact.max()], rel=1e-6)
+    assert linear.extremes("x", "min") == pytest.approx([exact.min()], rel=1e-6)
+    assert linear.extremes("x", "peak_to_peak") == pytest.approx([np.ptp(exact)], rel=1e-6)
+    with pytest.raises(InputError, match="an output has no 'mean'; did you mean min"):
+        linear.extremes("x", "mean")
+
+
 def test_samples_agree_with_the_dense_output(sliding):
     times, states = sliding.sample(3, 7, 10)
     assert states.shape == (40, 4)

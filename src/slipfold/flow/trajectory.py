@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.contact_trajectory import Samples, dense_phases, joined_samples, sample_hybrid
 from slipfold.flow.equations import Constants
@@ -40,6 +40,21 @@ SteadyPeriods = Annotated[
     "Forcing periods wanted; rounded up to a multiple of the period it converged to, as far as the "
     "run allows.",
 ]
+
+Measure = Annotated[
+    str,
+    '``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"modulus"``, the largest absolute value.',
+]
+LastPeriods = Annotated[int, "Forcing periods at the end; of a cycle, one round stands for all."]
+
+ROUND = 4
+"""Intervals of an unforced motion that hold a round of it, as a simulation is drawn."""
+
+MEASURES = ("max", "min", "peak_to_peak", "modulus")
+"""What may be taken of an output over a period."""
+
+SAME = 1e-5
+"""Distance, over the largest extreme, below which two are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,6 +266,34 @@ class Trajectory(OneLine, Documented):
             Outputs, the states first.
         """
         return self._sampled_steadily(periods, per_period)[1].outputs()
+
+    def extremes(
+        self, name: OutputName, measure: Measure = "max", periods: LastPeriods = 16
+    ) -> Array:
+        """Return the extremes of an output in the last periods, each once, in rising order.
+
+        They are vertices of parabolas through samples.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Extremes in the unit of the output.
+        """
+        if measure not in MEASURES:
+            raise unknown("an output has no", measure, MEASURES)
+        if self.settlement.duration is not None:
+            samples = self.steady_outputs(1, 256)[:, self._flow.output_index(name)]
+            rows = np.append(samples, samples[:1])[None]
+        else:
+            # One period more: the extreme of a period may lie between its last sample and the next.
+            samples = self.output(name, -periods - 1)[1]
+            width = 64 * (1 if self.model.forced else ROUND)
+            begins = np.arange(0, len(samples) - width, width)
+            rows = samples[np.add.outer(begins, np.arange(width + 1))]
+        found = reached(rows, measure)
+        values = np.sort(found[np.isfinite(found)])
+        apart = np.diff(values, prepend=-np.inf) > SAME * np.abs(values).max(initial=0.0)
+        return np.asarray(values[apart])
 
     @property
     def steady_model(self) -> Model:
@@ -466,3 +509,25 @@ def _joined(spans: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
         else:
             result.append((begin, end))
     return result
+
+
+def reached(values: Array, measure: str) -> Array:
+    """Return the extreme of an output in each period, the vertex of a parabola.
+
+    Shapes: values (m, samples), of a period and the first one of the next; returns (m,).
+    """
+    high, low = _peak(values), -_peak(-values)
+    return {"max": high, "min": low, "peak_to_peak": high - low}.get(
+        measure, np.maximum(np.abs(high), np.abs(low))
+    )
+
+
+def _peak(values: Array) -> Array:
+    rows = np.arange(len(values))
+    index = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
+    before, here, after = (values[rows, index + shift] for shift in (-1, 0, 1))
+    bend = before - 2 * here + after
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = here - (after - before) ** 2 / (8 * bend)
+    inside = (bend < 0) & (np.abs(after - before) <= -2 * bend)
+    return np.where(inside, top, values.max(axis=1))

@@ -102,28 +102,6 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
     return result
 
 
-def reached(values: Array, measure: str) -> Array:
-    """Return the extreme of an output in each period, the vertex of a parabola.
-
-    Shapes: values (m, samples), of a period and the first one of the next; returns (m,).
-    """
-    high, low = _peak(values), -_peak(-values)
-    return {"max": high, "min": low, "peak_to_peak": high - low}.get(
-        measure, np.maximum(np.abs(high), np.abs(low))
-    )
-
-
-def _peak(values: Array) -> Array:
-    rows = np.arange(len(values))
-    index = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
-    before, here, after = (values[rows, index + shift] for shift in (-1, 0, 1))
-    bend = before - 2 * here + after
-    with np.errstate(divide="ignore", invalid="ignore"):
-        top = here - (after - before) ** 2 / (8 * bend)
-    inside = (bend < 0) & (np.abs(after - before) <= -2 * bend)
-    return np.where(inside, top, values.max(axis=1))
-
-
 PERIODIC, STICKS, STOPPED = "periodic", "sticks", "stopped"
 TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"
 

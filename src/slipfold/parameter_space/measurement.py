@@ -16,6 +16,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.flow.trajectory import MEASURES, Measure
 from slipfold.models.levels import quantity_of
 from slipfold.models.model import Model
 from slipfold.models.units import units_of
@@ -24,18 +25,12 @@ from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, number_text
 from slipfold.writing import to_read, write_file
 
-MEASURES = ("max", "min", "peak_to_peak", "modulus")
-"""What of an output is measured over a period, as diagrams draw it."""
-
 
 @dataclass(frozen=True)
 class Quantity(Documented):
     """What is measured of an output over a period of the response."""
 
-    measure: Annotated[
-        str,
-        '``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"modulus"``, the largest absolute value.',
-    ]
+    measure: Measure
     output: Annotated[str, "A state or output of the model."]
     unit: Annotated[str, "Its unit."]
 

@@ -15,8 +15,8 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.tori.surface import TorusSpectrum
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.flow.trajectory import Trajectory
-from slipfold.long_term.classification import reached, sampled_outputs
+from slipfold.flow.trajectory import Trajectory, reached
+from slipfold.long_term.classification import sampled_outputs
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.long_term.sweep import DOWN, UP
 from slipfold.models.model import Model

@@ -24,7 +24,7 @@ from slipfold.interface.explorer.messages import (
     SimulationRequest,
     SweepRequest,
 )
-from slipfold.interface.explorer.sweeps import KEPT, PARTS, swept_model, values_of_runs
+from slipfold.interface.explorer.sweeps import PARTS, swept_model, values_of_runs
 from slipfold.interface.explorer.texts import case_text, changed_values, is_built_in, whole_text
 from slipfold.interface.explorer.trajectories import start_of, timed
 from slipfold.lines import parts_of
@@ -216,17 +216,8 @@ def _modes_of_equilibrium(model: Model, state: dict[str, float]) -> list[str]:
     ]
 
 
-EXTREMES = {
-    "max": "output.max()",
-    "min": "output.min()",
-    "peak_to_peak": "np.ptp(output)",
-    "modulus": "abs(output).max()",
-}
-"""Python expressions for the statistics of an output that a sweep shows."""
-
-
 def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
-    """Return the Python that follows the same motions; states agree in all digits."""
+    """Return the Python that follows the same motions."""
     begin, span = view.begin, f"{min(view.span)!r}, {max(view.span)!r}, {view.points}"
     if begin is None:
         ways = [f"np.linspace({span})" + ("" if run == "up" else "[::-1]") for run in view.runs]
@@ -237,7 +228,8 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
         ]
     runs = ", ".join(f'"{run}": {way}' for run, way in zip(view.runs, ways, strict=True))
     unit = "" if model.forced else f", duration={swept_model(model, view).values['duration']!r}"
-    places = [f"(value, {EXTREMES[part]})" for part in parts_of(view.statistic)]
+    each = '[(value, y) for y in solution.extremes("{}", "{}").tolist()]'
+    places = [each.format(view.show, part) for part in parts_of(view.statistic)]
     return [
         f"runs = {{{runs}}}",
         f"start = state = {start_of(model, view)!r}",
@@ -256,8 +248,7 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
         '            print(f"swept {run}, it ended: {solution.stopped.reason}")',
         "            break",
         "        state = motion",
-        f'        output = solution.output("{view.show}", -{KEPT}, per_period=512)[1]',
-        f"        swept[run] += [{', '.join(places)}]",
+        *(f"        swept[run] += {item}" for item in places),
         "ax = Figure().subplots()",
         "for run, places in swept.items():",
         '    ax.plot(*np.reshape(places, (-1, 2)).T, ".", label=f"swept {run}")',

@@ -9,31 +9,19 @@ from numpy.typing import NDArray
 
 from slipfold.computations.arguments import equidistant
 from slipfold.errors import InputError
-from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import initial_state, simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SweepRequest
 from slipfold.interface.explorer.motions import period_of
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, short
-from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.sounds import SOUND, swept_clip, times_faster
 from slipfold.interface.explorer.trajectories import start_of, timed
 from slipfold.lines import parts_of
-from slipfold.long_term.classification import reached
 from slipfold.models.model import Model
 from slipfold.progress import Progress
 
-ROUND = 4
-"""Intervals of an unforced motion that hold a round of it, as a simulation is drawn."""
-
 PARTS = (64, 128, 256)
 """Periods that a motion has to settle in, one number after the other until it has."""
-
-KEPT = 16
-"""Periods at the end of which extremes are drawn: of a response above 8 and of chaos, a few."""
-
-SAME = 1e-5
-"""Distance, over the largest extreme, below which two are drawn as one."""
 
 
 def send_sweep(model: Model, request: SweepRequest, send: Emit, check: Check) -> None:
@@ -109,18 +97,6 @@ def _followed(
 
 
 def _shown(trajectory: Trajectory, request: SweepRequest) -> list[float]:
-    """Return extremes of an output in the last periods, each once."""
-    each, column = PAGE.samples, flow_of(trajectory.model).output_index(request.show)
-    if trajectory.settlement.duration is not None:
-        round_ = trajectory.steady_outputs(1, 4 * each)[:, column]
-        rows = np.append(round_, round_[:1])[None]
-    else:
-        # One period more: the extreme of a period may lie between its last sample and the next.
-        samples = trajectory.sampled(-KEPT - 1, None, each)[1].outputs()[:, column]
-        width = each * (1 if trajectory.model.forced else ROUND)
-        begins = np.arange(0, len(samples) - width, width)
-        rows = samples[np.add.outer(begins, np.arange(width + 1))]
-    extremes = np.concatenate([reached(rows, part) for part in parts_of(request.statistic)])
-    values = np.sort(short(extremes[np.isfinite(extremes)]))
-    apart = np.diff(values, prepend=-np.inf) > SAME * np.abs(values).max(initial=0.0)
-    return [float(value) for value in values[apart]]
+    """Return extremes of an output in the last periods."""
+    parts = [trajectory.extremes(request.show, part) for part in parts_of(request.statistic)]
+    return [float(value) for value in short(np.concatenate(parts))]
