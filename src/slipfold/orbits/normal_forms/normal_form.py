@@ -56,6 +56,9 @@ def _distance(kind: str) -> Callable[[Vector], Array]:
 Form = Generator[Request, Any, T]
 """A computation that is sent the derivatives of maps that it requests."""
 
+Critical = tuple[Vector, Vector, complex]
+"""Right and left eigenvector of a critical eigenvalue, and this."""
+
 Coefficient = Form[tuple[float, str | None]]
 """Finds the coefficient of a bifurcation of a branch, and its criticality."""
 
@@ -88,16 +91,16 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
         chain = ReturnChain(orbits, point.z, orbits.scales)
         coefficient, size = chain.form(kind, critical, ratios)
         return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
+    q, _, value = critical = critical_vectors(matrix, _distance(kind))
     if kind == "LP":
         pull = map_.mapped(_parameter_pull(linearization))
-        coefficient = yield from _fold(map_, matrix, pull)
+        coefficient = yield from _fold(map_, critical, pull)
     else:
-        coefficient = yield from _FORMS[kind](map_, matrix)
+        coefficient = yield from _FORMS[kind](map_, matrix, critical)
     if isinstance(map_, ReturnMap):
-        size = mean_length(map_, matrix, linearization.product, kind, ratios)
+        size = map_.length(q, value, linearization.product, ratios)
     else:
-        vector = critical_vectors(matrix, _distance(kind))[0]
-        size = stroboscopic_length(orbits, point, vector, ratios)
+        size = stroboscopic_length(orbits, point, q, ratios)
     return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
 
 
@@ -122,14 +125,6 @@ def stroboscopic_length(orbits: Orbits, point: OrbitPoint, vector: Vector, ratio
     return float(np.sqrt(np.mean(np.square(lengths))))
 
 
-def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
-    """Return the length of the unit critical vector in other scales.
-
-    Shapes: matrix (n, n); ratios (n,).
-    """
-    return float(np.linalg.norm(critical_vectors(matrix, _distance(kind))[0] * ratios))
-
-
 def normalized(kind: str, coefficient: float, size: float) -> float:
     """Return a coefficient for a critical vector so many times as long."""
     return coefficient / (size if kind in QUADRATIC else size**2)
@@ -146,7 +141,12 @@ def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratio
 
 def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
     """Return the coefficient whose sign decides the criticality. Shapes: monodromy (n, n)."""
-    (found,) = solved_forms([_FORMS[kind](map_, monodromy)])
+
+    def form() -> Form[float]:
+        critical = critical_vectors(monodromy, _distance(kind))
+        return (yield from _FORMS[kind](map_, monodromy, critical))
+
+    (found,) = solved_forms([form()])
     if isinstance(found, Exception):
         raise found
     return float(found)
@@ -168,22 +168,22 @@ def _parameter_pull(linearization: Linearization) -> Array:
     return pull
 
 
-def _fold(map_: MapDerivatives, matrix: Array, pull: Array) -> Form[float]:
-    """Find the quadratic coefficient of a fold. Shapes: matrix (n, n); pull (n,)."""
-    q, p, _ = critical_vectors(matrix, _distance("LP"))
+def _fold(map_: MapDerivatives, critical: Critical, pull: Array) -> Form[float]:
+    """Find the quadratic coefficient of a fold. Shapes: pull (n,)."""
+    q, p, _ = critical
     second, _ = yield map_, "powers", q.real[None]
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
-def _transcritical(map_: MapDerivatives, matrix: Array) -> Form[float]:
-    q, p, _ = critical_vectors(matrix, _distance("BP"))
+def _transcritical(map_: MapDerivatives, _matrix: Array, critical: Critical) -> Form[float]:
+    q, p, _ = critical
     second, _ = yield map_, "powers", q.real[None]
     return float(0.5 * (p.real @ second[0]))
 
 
-def _pitchfork(map_: MapDerivatives, matrix: Array) -> Form[float]:
+def _pitchfork(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
     """Cubic coefficient on the center manifold, where the quadratic one is zero by symmetry."""
-    q, p, _ = critical_vectors(matrix, _distance("BP"))
+    q, p, _ = critical
     second, third = yield map_, "powers", q.real[None]
     n = len(q)
     bordered = np.block([[np.eye(n) - matrix, p.real[:, None]], [p.real[None], np.zeros((1, 1))]])
@@ -192,22 +192,24 @@ def _pitchfork(map_: MapDerivatives, matrix: Array) -> Form[float]:
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
-def _crossing(map_: MapDerivatives, matrix: Array) -> Form[float]:
+def _crossing(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
     """Cubic coefficient of a branch point if it is a pitchfork, NaN of a transcritical one."""
-    quadratic = yield from _transcritical(map_, matrix)
-    return np.nan if abs(quadratic) > FORMS.symmetric else (yield from _pitchfork(map_, matrix))
+    quadratic = yield from _transcritical(map_, matrix, critical)
+    if abs(quadratic) > FORMS.symmetric:
+        return np.nan
+    return (yield from _pitchfork(map_, matrix, critical))
 
 
-def _doubling(map_: MapDerivatives, matrix: Array) -> Form[float]:
-    q, p, _ = critical_vectors(matrix, _distance("PD"))
+def _doubling(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
+    q, p, _ = critical
     second, third = yield map_, "powers", q.real[None]
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
     (mixed,) = yield map_, "second", [(q, bent.astype(complex))]
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
-def _torus(map_: MapDerivatives, matrix: Array) -> Form[float]:
-    q, p, value = critical_vectors(matrix, _distance("NS"))
+def _torus(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
+    q, p, value = critical
     a, b = q.real, q.imag
     second, third = yield map_, "powers", np.array([a, b, a + b, a - b])
     aa, bb = second[0], second[1]
@@ -226,7 +228,7 @@ def _torus(map_: MapDerivatives, matrix: Array) -> Form[float]:
     return float(0.5 * (value.conjugate() / abs(value) * inner).real)
 
 
-_FORMS: dict[str, Callable[[MapDerivatives, Array], Form[float]]] = {
+_FORMS: dict[str, Callable[[MapDerivatives, Array, Critical], Form[float]]] = {
     "PD": _doubling,
     "NS": _torus,
     "BP": _crossing,
@@ -235,9 +237,7 @@ _FORMS: dict[str, Callable[[MapDerivatives, Array], Form[float]]] = {
 }
 
 
-def critical_vectors(
-    matrix: Array, distance: Callable[[Vector], Array]
-) -> tuple[Vector, Vector, complex]:
+def critical_vectors(matrix: Array, distance: Callable[[Vector], Array]) -> Critical:
     """Return the eigenvectors of the eigenvalue that lies nearest to where it should.
 
     Shapes: matrix (n, n); distance (n,); returns q, p (n,).
@@ -312,11 +312,12 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficien
         return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(orbits.scales)) + field.jacobian
+    critical = critical_vectors(matrix, _distance(kind))
     if kind == "LP":
-        coefficient = yield from _fold(field, matrix, field.pull)
+        coefficient = yield from _fold(field, critical, field.pull)
     else:
-        coefficient = yield from _FORMS[kind](field, matrix)
-    size = critical_length(matrix, kind, ratios)
+        coefficient = yield from _FORMS[kind](field, matrix, critical)
+    size = float(np.linalg.norm(critical[0] * ratios))
     return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
 
 
