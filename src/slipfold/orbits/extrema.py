@@ -198,8 +198,9 @@ def _extrema_of_orbits(
     total = segments * each
     spacing = period / total
     phases = np.tile(np.arange(total, dtype=float) * spacing, count)
-    values = flow.outputs(samples, phases, constants.repeated(total))[:, columns]
-    values = values.reshape(count, total, -1)
+    alone = (columns < flow.dimension).all()  # the first outputs are the states
+    values = samples if alone else flow.outputs(samples, phases, constants.repeated(total))
+    values = values[:, columns].reshape(count, total, -1)
     side, column, orbit, at = _lowest(values)
     shape = 2, len(columns), count
     rows, signs = np.ravel_multi_index((side, column, orbit), shape), 1.0 - 2.0 * side
