@@ -67,12 +67,10 @@ class NamedQuantity(Protocol):
     @property
     def name(self) -> str:
         """The name in the model."""
-        ...
 
     @property
     def unit(self) -> str:
         """The SI unit."""
-        ...
 
 
 class OneLine:

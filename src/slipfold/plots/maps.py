@@ -83,12 +83,7 @@ PANEL = (3.2, 2.6)
 
 
 def draw_threshold_map(
-    found: GridThresholds,
-    ax: Axes | None = None,
-    *,
-    contours: bool = True,
-    annotate: bool = True,
-    legend: bool = True,
+    found: GridThresholds, ax: Axes | None = None, *, legend: bool = True
 ) -> Axes:
     """Draw thresholds as colors over the plane of the grid's parameters.
 
@@ -108,9 +103,8 @@ def draw_threshold_map(
         parameter, bar = found.model.parameter(found.threshold), add_color_bar(ax, mesh)
         label_axis(bar, "y", parameter)
         bar.set_ylabel(f"{bar.get_ylabel()} at the first {found.type}")
-        if contours and min(values.shape) > 1:
-            _draw_contours(ax, (x, y), values, np.asarray(bar.get_yticks()), mesh, parameter,
-                           annotate)  # fmt: skip
+        if min(values.shape) > 1:
+            _draw_contours(ax, (x, y), values, np.asarray(bar.get_yticks()), mesh, parameter)
     handles = []
     names = [name for name in found.failures if name != INTERRUPTED]
     for number, name in enumerate(names):
@@ -137,7 +131,6 @@ def _draw_contours(
     ticks: Array,
     mesh: Any,
     parameter: Parameter,
-    annotate: bool,
 ) -> None:
     levels = ticks[(ticks > np.nanmin(values)) & (ticks < np.nanmax(values))]
     if not len(levels):
@@ -146,12 +139,11 @@ def _draw_contours(
     colors = ["white" if mesh.norm(level) < 0.5 else "black" for level in levels]
     shown = np.ma.masked_invalid(values)
     lines = ax.contour(*places, shown, levels=levels, colors=colors, linewidths=0.6)
-    if annotate:  # without the unit, which stands at the color bar
-        texts = {
-            level: quantity_text(parameter, float(level)).removesuffix(f" {parameter.unit}")
-            for level in levels
-        }
-        ax.clabel(lines, fmt=texts, fontsize=6.5)
+    texts = {  # without the unit, which stands at the color bar
+        level: quantity_text(parameter, float(level)).removesuffix(f" {parameter.unit}")
+        for level in levels
+    }
+    ax.clabel(lines, fmt=texts, fontsize=6.5)
 
 
 def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -> Axes:

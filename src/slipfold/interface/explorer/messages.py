@@ -156,13 +156,11 @@ class OnBranch(_Message):
     value: Number | None = None
 
 
-class OrbitThrough(_Message):
-    """An orbit near a state at phase zero."""
+class OrbitThrough(FurtherStart):
+    """An orbit near a state at phase zero; of an equilibrium the period is None."""
 
-    value: Number  # value of the parameter that is varied
-    state: Values  # states at phase zero by name
-    period: Annotated[int, Field(ge=1, le=64, strict=True)] | None = 1  # None of an equilibrium
-    duration: Annotated[Number, Field(gt=0)] | None = None  # of a cycle, in seconds
+    state: Values
+    period: Annotated[int, Field(ge=1, le=64, strict=True)] | None = 1
 
 
 class OrbitRequest(_ResponseRequest):
