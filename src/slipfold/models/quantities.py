@@ -47,6 +47,7 @@ class Parameter(Documented):
     symbol: Annotated[
         str, "How figures write it (matplotlib mathtext); the name itself if empty."
     ] = ""
+    why: Annotated[str, "What a refusal says after the bounds: why, and what else to do."] = ""
 
     @property
     def label(self) -> str:
@@ -83,6 +84,7 @@ class Parameter(Documented):
         if below or above:
             raise InputError(
                 f"{self.name} = {value:g} is outside its bounds; {self.name} must be {self.bounds}"
+                f"{self.why}"
             )
         return value
 
