@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.optimize import root
 
 import slipfold as sf
+from helpers.beams import free_beam
 
 HARMONICS, SAMPLES = 60, 512
 
@@ -185,6 +187,52 @@ def test_nlvib_s_two_masses_with_a_stop():
         found = point.orbit.harmonic_balance(1e-6, largest=401)
         assert max(found.states, found.multipliers) < max(1e-6, found.truncation), found
         assert found.truncation < 1e-3
+
+
+def test_nlvib_s_beam_with_a_friction_node():
+    # Example 08, a cantilever. The numbers are those of a run with Octave, 7 harmonics, in steps of
+    # 5 rad/s, printed in comparison 07 of julianjurai/NLvib-py (commit 64ad450); 7 harmonics in
+    # place of 160 change the root mean square there by 7e-4.
+    mass, stiffness = (
+        part[2:, 2:] for part in free_beam(8, length=2, stiffness=4.625e6, density=234.9)
+    )
+    assert eigh(stiffness, mass, eigvals_only=True)[0] ** 0.5 == pytest.approx(123.341, abs=5e-4)
+    held = np.delete(np.arange(16), 4)
+    stuck = eigh(*(part[np.ix_(held, held)] for part in (stiffness, mass)), eigvals_only=True)[0]
+    law = sf.Regularized(sf.Coulomb(mu_k=1.0), e=6e-7)
+    beam = sf.Structure(
+        mass,
+        0.02 / stuck**0.5 * stiffness,
+        stiffness,
+        names=[f"{kind}{node}" for node in range(2, 10) for kind in "wr"],
+        contacts=sf.FrictionContact("w4", law, load=1.5, Vd=0),
+        forcing=sf.HarmonicForce("w9", F=0.2),
+        watch={"tip": "w9"},
+    )
+    turn = 2 * np.pi
+    events = [sf.Event("tip", measure="rms")]
+    (branch,) = sf.response(beam, "f", (370 / turn, 110 / turn), events=events).branches
+    (peak,) = branch.special
+    assert peak.type == "MAX"
+    assert peak.value == pytest.approx(195 / turn, abs=2.5 / turn)
+    assert peak.orbit.harmonic_balance(1e-6).passed
+    orbit = sf.periodic_orbit(beam.replace(f=195 / turn))
+    assert orbit.rms("tip") == pytest.approx(6.709852e-08, rel=1e-3)
+    assert orbit.harmonic("tip") == pytest.approx(9.482668e-08, rel=1e-3)
+
+
+def test_nlvib_s_nonlinear_mode_with_a_friction_node():
+    # Example 05: frequencies over that of the mode with the contact held, from 0.954859 to
+    # 1.001358 with 21 harmonics, printed in comparison 04 there.
+    law = sf.Regularized(sf.Coulomb(mu_k=1.0), e=0.05)
+    contact = sf.FrictionContact("a", law, load=5, Vd=0)
+    stiffness = [[40, -40], [-40, 640]]
+    chain = sf.Structure(np.diag([0.02, 1]), None, stiffness, names="a b", contacts=contact)
+    (branch,) = sf.backbone(chain, "b", 10).branches
+    frequencies = 2 * np.pi / branch.durations / 640**0.5
+    assert frequencies[0] == pytest.approx(1, abs=1e-5)
+    assert frequencies.min() == frequencies[-1] == pytest.approx(0.954859, abs=1e-6)
+    assert frequencies.max() == pytest.approx(1.001358, abs=2e-4)
 
 
 @pytest.mark.long
