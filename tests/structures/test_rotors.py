@@ -5,8 +5,10 @@ import json
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.linalg import block_diag, eig
 
 import slipfold as sf
+from helpers.beams import free_beam
 from slipfold import HarmonicForce, InputError, ModalReduction, Parameter, Structure
 
 M, K = np.diag([2.0, 2.0]), np.diag([50.0, 50.0])
@@ -93,23 +95,6 @@ def test_a_large_rotor_is_reduced():
     first = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-pair, -0.5 * TURN]]))
     lowest = np.sort(np.abs(first.imag))[0]
     assert eigenvalues(model).imag[0] == pytest.approx(lowest, rel=1e-9)
-
-
-def test_disks_are_among_the_directions_of_a_reduction():
-    # Their forces have static shapes, so that few real modes give the complex ones.
-    count, disk = 20, 13
-    bend = 100.0 * np.linalg.matrix_power(
-        2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1), 2
-    )
-    turn = np.zeros((2 * count, 2 * count))
-    turn[disk : disk + 2, disk : disk + 2] = TURN
-    shaft = {"M": np.eye(2 * count), "K": np.kron(bend, np.eye(2)), "G": {"omega": turn}}
-    exact, found, modal = (
-        eigenvalues(Structure(**shaft, omega=9.0, reduction=reduction))[:3]
-        for reduction in (None, sf.FreeInterface(modes=8), ModalReduction(10))
-    )
-    np.testing.assert_allclose(found, exact, rtol=1e-6)
-    assert np.abs(modal / exact - 1).max() > 1e-4
 
 
 def test_files_have_formulas_and_variables(tmp_path):
@@ -223,3 +208,75 @@ def test_what_cannot_be(options, words):
     with pytest.raises(InputError) as caught:
         Structure(**{"M": M, "K": K, "variables": SPEED, **options})
     assert words in str(caught.value)
+
+
+def shaft():
+    """M, C, K and G of a shaft with a disk on each of 31 nodes; a bearing is softer along x."""
+    mass, stiffness = free_beam(30)
+    mass[1::2, 1::2] += 1e-4 * np.eye(31)
+    stiffness[[0, 60], [0, 60]] += 300.0
+    tilted = stiffness + 100.0 * np.eye(62, 1) @ np.eye(1, 62)
+    damping = np.diag(np.isin(np.arange(62), [0, 60]) * 2.0)
+    spin = np.diag(np.tile([0.0, 2e-4], 31))
+    planes = [(mass, mass), (damping, damping), (stiffness, tilted)]
+    return *(block_diag(*pair) for pair in planes), np.kron(TURN, spin)
+
+
+def answers(mass, damping, stiffness, places, turns):
+    """Displacements for unit forces at circular frequencies. Shapes: (n, 2), (f,); (f, 2, 2)."""
+    dynamic = (stiffness - w**2 * mass + 1j * w * damping for w in turns)
+    return np.array([places.T @ np.linalg.solve(one, places) for one in dynamic])
+
+
+def test_a_shaft_of_disks_needs_no_complex_modes():
+    """Its error is that reported; no more states than complex modes, and they fit all speeds."""
+    mass, damping, stiffness, gyroscopic = shaft()
+    names = [f"{kind}{node}" for axis in "xy" for node in range(31) for kind in (axis, "r" + axis)]
+    model = Structure(
+        mass, damping, stiffness, names=names, G={"omega": gyroscopic}, variables=SPEED,
+        elements=sf.CubicSpring("x11", k3=1.0), forcing=HarmonicForce("y20", F=1.0),
+        reduction=sf.FreeInterface(up_to=15, accuracy=1e-4),
+    )  # fmt: skip
+    basis = model.basis
+    places = np.eye(124)[:, [names.index("x11"), names.index("y20")]]
+    turns = np.linspace(0.5, 2 * np.pi * 15, 400)
+    for omega in (0.0, 30.0, 100.0):
+        parts = mass, damping + omega * gyroscopic, stiffness * (1 + 0.02j)
+        exact = answers(*parts, places, turns)
+        found = answers(*(basis.T @ part @ basis for part in parts), basis.T @ places, turns)
+        typical = np.exp(np.log(np.abs(np.einsum("faa->fa", exact))).mean(axis=0))
+        size = np.maximum(np.abs(exact), np.sqrt(np.outer(typical, typical)))
+        error = (np.abs(found - exact) / size).max()
+        reported = model.replace(omega=omega).reduction_report.receptance_error
+        assert reported / 2 < error < 2 * reported
+        assert error < 1e-3
+        rates = -np.linalg.solve(mass, np.hstack([parts[2], parts[1]]))
+        values, left, right = eig(np.vstack([np.eye(124, 248, 124), rates]), left=True)
+        few = np.argsort(np.abs(values))[: 2 * basis.shape[1]]
+        left, right = left[:, few], right[:, few]
+        inputs = left[124:].conj().T @ np.linalg.solve(mass, places)
+        inputs /= np.sum(left.conj() * right, axis=0)[:, None]
+        turned = 1 / (1j * turns[:, None] - values[few])
+        modal = np.einsum("ai,fi,ib->fab", places.T @ right[:124], turned, inputs)
+        assert error < (np.abs(modal - exact) / size).max()
+
+
+def test_flutter_by_few_real_modes():
+    """Friction of a tilted spring that presses on a shaft couples two planes: two modes merge."""
+    mass, _, stiffness, _ = shaft()
+    pair = np.eye(124)[[40, 102]]
+    across, along = [0.28, 0.96] @ pair, [0.96, -0.28] @ pair
+    stiffness += 3000 * np.outer(across, across)
+    whole, few = (
+        Structure(
+            mass, 1e-6 * stiffness, stiffness, H={"mu": -3000 * np.outer(along, across)},
+            forcing=HarmonicForce("q41", F=1.0), variables=Parameter("mu", 0.5),
+            reduction=reduction,
+        )
+        for reduction in (None, sf.FreeInterface(up_to=30, accuracy=1e-4))
+    )  # fmt: skip
+    assert few.basis.shape[1] < 30
+    for mu in (0.0, 0.2, 0.4, 1.0):
+        exact, found = (eigenvalues(model.replace(mu=mu))[:8] for model in (whole, few))
+        assert (exact.real.max() > 0) == (mu > 0.3)
+        assert (np.abs(found[:, None] - exact).min(axis=0) < 1e-8 * np.abs(exact)).all()

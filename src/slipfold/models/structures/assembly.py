@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -42,7 +43,7 @@ from slipfold.models.structures.matrices import (
     lowest_modes,
     static_shapes,
 )
-from slipfold.models.structures.receptance import FullStructure
+from slipfold.models.structures.receptance import Coupling, FullStructure
 from slipfold.models.structures.reduction import Reduced, ReductionReport
 from slipfold.text import listed
 
@@ -127,7 +128,7 @@ class Assembly:
             self._vector(direction, one.inertial)
             for one in item.components
             for direction in one._directions
-        ] + self._coupled_places()
+        ]
         watched = [self._vector(direction) for _, direction in self._watched_directions()]
         columns = (np.array(rows).reshape(len(rows), item.M.size).T for rows in (acting, watched))
         whole, given = (item.M.array(), item.K.array()), self.given
@@ -136,19 +137,28 @@ class Assembly:
         else:
             sectors = Sectors(given.cyclic, given.names)
             full = CyclicStructure(sectors, (given.M, given.K), whole, *columns)
+        rates = [part for one in (item.C, item.G) if isinstance(one, Matrix) for part in one.parts]
+        held = [part.array() for part in item.H.parts] if item.H else []
+        parts = [part.array() for part in (*rates, *item.K.parts[1:], *item.M.parts[1:])]
+        full.couples = [*parts, *held, *(part.T for part in held)]
+        full.coupling = self._coupling(None)
         return item.reduction._apply(full, item.names)
 
-    def _coupled_places(self) -> list[Array]:
-        """Return the degrees of freedom on which matrices act that act on few, as disks do."""
+    def _coupling(self, values: Mapping[str, float] | None) -> Coupling | None:
+        """Return what couples modes at parameter values, or what is constant of it."""
         item = self.definition
-        added = [*item.K.parts[1:]]
-        for matrix in (item.C, item.G, item.H):
-            added += matrix.parts if isinstance(matrix, Matrix) else []
-        places = np.unique(np.concatenate([np.empty(0, np.int64), *(one.rows for one in added)]))
-        few = places if len(places) <= min(MATRICES.joined, item.M.size // 4) else places[:0]
-        result = np.zeros((len(few), item.M.size))
-        result[np.arange(len(few)), few] = 1.0
-        return [*result]
+        rates = [one for one in (item.C, item.G) if isinstance(one, Matrix)]
+        held = [item.H] if item.H else []
+        found: list[list[Any]] = []
+        for whole, added in ((rates, ()), (held, (item.K,)), ((), (item.M,))):
+            parts = [one.array() for one in whole if len(one.entries)]
+            if values is not None:
+                terms = [pair for one in (*whole, *added) for pair in one.terms]
+                parts += [factor_value(text, values) * one.array() for text, one in terms]
+            found.append(parts)
+        if not any(found):
+            return None
+        return Coupling(*(sum(parts, 0.0 * item.K.array()) for parts in found))
 
     def _retain(self) -> None:
         """Take over names, matrices and basis of the retained coordinates."""
@@ -173,10 +183,11 @@ class Assembly:
         self.basis = few.shapes
         self.mass, self.stiffness = np.diag(few.masses), np.diag(few.masses * few.squares)
 
-    @cached_property
-    def report(self) -> ReductionReport | None:
-        """What the reduction changes; None without one."""
-        return None if self.reduced is None else self.reduced.report()
+    def report(self, values: Mapping[str, float]) -> ReductionReport | None:
+        """Return what the reduction changes at parameter values; None without one."""
+        if self.reduced is None:
+            return None
+        return self.reduced.report(self._coupling(values) if self.factors else None)
 
     def _watched_directions(self) -> tuple[tuple[str, Direction], ...]:
         """Return watched displacements, and those of a boundary, which are no states."""

@@ -29,7 +29,13 @@ from slipfold.models.structures.matrices import (
     lowest_modes,
     solver,
 )
-from slipfold.models.structures.receptance import FullStructure, LowestModes, Solve, solved
+from slipfold.models.structures.receptance import (
+    Coupling,
+    FullStructure,
+    LowestModes,
+    Solve,
+    solved,
+)
 from slipfold.text import listed
 
 MOST_SECTORS = 1000
@@ -328,9 +334,12 @@ class CyclicStructure(FullStructure):
         solvers = [solver(stiffness + added * mass, what) for stiffness, mass in self._waves]
         return lambda right: self._by_waves(solvers, right).real
 
-    def _displacements(self, turned: float, loss: float) -> Complex:
+    def _displacements(self, turn: float, loss: float, coupling: Coupling | None) -> Complex:
+        if coupling is not None:
+            return super()._displacements(turn, loss, coupling)
+
         def each(stiffness: Any, mass: Any) -> Solve:
-            return lambda right: solved(stiffness * (1 + 1j * loss) - turned * mass, right)
+            return lambda right: solved(stiffness * (1 + 1j * loss) - turn**2 * mass, right)
 
         return self._by_waves([each(*pair) for pair in self._waves], self.directions)
 

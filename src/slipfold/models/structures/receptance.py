@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -26,8 +26,11 @@ class RECEPTANCE:
     # Frequencies between which errors are interpolated: a resonance of the least damping compared
     # is as wide as 2 % of its frequency
     between: int = 200
-    # Part of a static displacement below which what the kept modes leave of it is rounding
+    # Part of the work of a static force below which what the kept modes leave of it is rounding
     residual: float = 1e-10
+    # The same of forces that couple modes: a hundredth of a displacement that is small itself. Of
+    # rotors and dampers a smaller part leaves more coordinates, a larger one larger errors
+    coupled: float = 1e-4
     # Mass that is added to the stiffness against rigid-body motion, in the lowest squared frequency
     # above it: the matrix is as regular as that of a structure that is held
     shift: float = 1e-2
@@ -84,6 +87,26 @@ class LowestModes:
         return int(np.searchsorted(self.first(count)[0], highest, side="right"))
 
 
+@dataclass(eq=False)
+class Coupling:
+    """Matrices that couple undamped modes, full or sparse: C and G, H, parts with parameters."""
+
+    damping: Any  # of the rates, shape (n, n)
+    stiffness: Any  # of the displacements
+    mass: Any  # of the accelerations
+    peaks: Array | None = None  # natural frequencies in Hz at which errors are computed
+    receptances: dict[float, Complex] = field(default_factory=dict)  # what is known there
+
+    def at(self, turns: Any) -> Any:
+        """Return their part of the dynamic stiffness at circular frequencies."""
+        return 1j * turns * self.damping + self.stiffness - turns**2 * self.mass
+
+    def within(self, shapes: Array) -> Coupling:
+        """Return those of some coordinates. Shapes: (n, r)."""
+        parts = (self.damping, self.stiffness, self.mass)
+        return Coupling(*(shapes.T @ np.asarray(part @ shapes) for part in parts))
+
+
 @dataclass(frozen=True, eq=False)
 class Coordinates:
     """Modal coordinates of a structure, in which its mass and its stiffness are diagonal."""
@@ -92,12 +115,26 @@ class Coordinates:
     shapes: Array  # displacements of all n degrees of freedom by coordinate, shape (n, r)
     masses: Array  # modal masses in kg, shape (r,)
 
-    def receptance(self, directions: Array, frequencies: Array) -> Complex:
+    def receptance(
+        self, directions: Array, frequencies: Array, coupling: Coupling | None = None
+    ) -> Complex:
         """Return displacements for unit forces. Shapes: (n, s), (f,); returns (f, s, s)."""
         rows = directions.T @ self.shapes
-        turned = (2 * math.pi * frequencies[:, None]) ** 2
-        answers = 1 / (self.masses * (self.squares * (1 + 1j * RECEPTANCE.loss) - turned))
-        return np.asarray(np.einsum("ai,fi,bi->fab", rows, answers, rows, optimize=True))
+        turns = 2 * math.pi * frequencies[:, None]
+        own = self.masses * (self.squares * (1 + 1j * RECEPTANCE.loss) - turns**2)
+        if coupling is None:
+            return np.asarray(np.einsum("ai,fi,bi->fab", rows, 1 / own, rows, optimize=True))
+        dynamic = own[:, None] * np.eye(len(self.masses)) + coupling.at(turns[:, None])
+        return np.asarray(rows @ np.linalg.solve(dynamic, rows.T.astype(complex)))
+
+    def frequencies(self, coupling: Coupling) -> Array:
+        """Return those of the coupled modes in Hz, rising, shape (f,)."""
+        mass = np.diag(self.masses) + coupling.mass
+        stiffness = np.diag(self.masses * self.squares) + coupling.stiffness
+        rates = np.linalg.solve(mass, np.hstack([-stiffness, -coupling.damping]))
+        moved = np.hstack([np.zeros_like(mass), np.eye(len(mass))])
+        values = np.linalg.eigvals(np.vstack([moved, rates]))
+        return np.sort(values.imag[values.imag > 0]) / (2 * math.pi)
 
 
 class FullStructure:
@@ -112,6 +149,8 @@ class FullStructure:
         self.mass, self.stiffness = mass, stiffness
         self.acting, self.directions = acting, _apart(np.hstack([acting, watched]))
         self.modes = LowestModes(stiffness, mass)
+        self.couples: Sequence[Any] = ()  # matrices whose forces couple its modes, (n, n)
+        self.coupling: Coupling | None = None  # what is constant of them
         self._receptances: dict[float, Complex] = {}
 
     def coordinates(self, shapes: Array) -> Coordinates:
@@ -170,37 +209,55 @@ class FullStructure:
 
             R = K^{-1} B - \sum_{i \le count} \phi_i \phi_i^T B / (\omega_i^2 m_i)
 
-        With rigid-body modes a small part of the mass is added to the stiffness. Forces without
-        the part that the lowest modes take have no such motion, so it changes nothing else.
+        Of the forces that couple modes those in the lowest ones have such shapes, in which G, C and
+        H are right to the second order. With rigid-body modes a small part of the mass is added to
+        the stiffness. Forces without the part that the lowest modes take have no such motion, so it
+        changes nothing else.
 
-        Shapes: returns (n, d), d at most the number of directions.
+        Shapes: returns (n, d), d at most the number of forces.
         """
-        size = self.modes.size
-        if count >= self.modes.most or not self.acting.shape[1]:
-            return np.empty((size, 0))
+        found = np.empty((self.modes.size, 0))
+        if count >= self.modes.most:
+            return found
         shapes = self.modes.first(count)[1]
+        coupled = [product(part, shapes) for part in self.couples]
+        sizes = RECEPTANCE.residual, RECEPTANCE.coupled
+        for forces, least in zip((self.acting, np.hstack([found, *coupled])), sizes, strict=True):
+            forces = forces[:, np.any(forces, axis=0)]
+            if forces.shape[1]:
+                found = np.hstack([found, self._residual(forces, shapes, found, least)])
+        return found
+
+    def _residual(self, forces: Array, shapes: Array, others: Array, least: float) -> Array:
+        """Return shapes of what modes and other such shapes leave of the static displacements.
+
+        Shapes: forces (n, a), shapes (n, m), others (n, o); returns (n, d).
+        """
         moved = self.mass @ shapes
         moved = moved / np.sum(shapes * moved, axis=0)
-        rest = self.acting - moved @ (shapes.T @ self.acting)
+        rest = forces - moved @ (shapes.T @ forces)
         answers = self._static(rest)
         for _ in range(RECEPTANCE.corrections if self.modes.free else 1):
             answers += self._static(rest - self.stiffness @ answers)  # without what was added
         answers -= shapes @ (moved.T @ answers)
+        held = self.stiffness @ others
+        answers -= others @ np.linalg.solve(others.T @ held, held.T @ answers)
         # Forces along one line have one shape; those that the modes take whole have none.
         work = answers.T @ rest
-        whole = np.sqrt(np.abs(np.sum(self.acting * self._static(self.acting), axis=0)))
+        whole = np.sqrt(np.abs(np.sum(forces * self._static(forces), axis=0)))
         values, mixed = np.linalg.eigh((work + work.T) / 2 / np.outer(whole, whole))
-        kept = values > RECEPTANCE.residual
-        return answers @ (mixed[:, kept] / whole[:, None])
+        kept = values > least
+        return np.asarray(answers @ (mixed[:, kept] / whole[:, None]))
 
-    def samples(self, band: float) -> tuple[Array, Array]:
+    def samples(self, band: float, peaks: Array | None = None) -> tuple[Array, Array]:
         """Return some natural frequencies in Hz up to `band`, and frequencies between them."""
-        squares = self.modes.first(self.modes.count_up_to(band))[0]
-        peaks = np.sqrt(squares[self.modes.free :]) / (2 * math.pi)
+        if peaks is None:
+            squares = self.modes.first(self.modes.count_up_to(band))[0]
+            peaks = np.sqrt(squares[self.modes.free :]) / (2 * math.pi)
         between = (np.append(0.0, peaks) + np.append(peaks, band)) / 2
         return _thinned(peaks), np.union1d(_thinned(between), [band])
 
-    def error(self, reduced: Coordinates, band: float) -> float:
+    def error(self, reduced: Coordinates, band: float, coupling: Coupling | None = None) -> float:
         """Return the largest error of a receptance of modal coordinates up to a frequency in Hz.
 
         It is relative to the receptance, or to its geometric mean over the band where that is
@@ -209,34 +266,47 @@ class FullStructure:
         """
         if not self.directions.shape[1]:
             return 0.0
+        own, coupling = None, coupling or self.coupling
+        if coupling is not None:
+            own = coupling.within(reduced.shapes)
+            if coupling.peaks is None:
+                found = reduced.frequencies(own)
+                coupling.peaks = found[(found > MATRICES.free * band) & (found <= band)]
+        peaks = None if coupling is None else coupling.peaks
         even = np.linspace(0, band, RECEPTANCE.between + 1)[1:]
-        own = np.abs(reduced.receptance(self.directions, even))
-        mean = np.exp(np.mean(np.log(np.einsum("faa->fa", own)), axis=0))
+        sizes = np.abs(reduced.receptance(self.directions, even, own))
+        mean = np.exp(np.mean(np.log(np.einsum("faa->fa", sizes)), axis=0))
         typical = np.sqrt(np.outer(mean, mean))
-        peaks, between = (
-            (part, np.abs(reduced.receptance(self.directions, part) - self._exact(part)))
-            for part in self.samples(band)
-        )
-        errors = [difference / np.maximum(np.abs(self._exact(at)), typical)
-                  for at, difference in (peaks, between)]  # fmt: skip
+        known = [(part, self._exact(part, coupling)) for part in self.samples(band, peaks)]
+        apart = [np.abs(reduced.receptance(self.directions, part, own) - exact)
+                 for part, exact in known]  # fmt: skip
+        errors = [one / np.maximum(np.abs(exact), typical)
+                  for one, (_, exact) in zip(apart, known, strict=True)]  # fmt: skip
         for a, b in np.ndindex(typical.shape):
-            likely = np.interp(even, between[0], between[1][:, a, b])
-            errors.append(likely / np.maximum(own[:, a, b], typical[a, b]))
+            likely = np.interp(even, known[1][0], apart[1][:, a, b])
+            errors.append(likely / np.maximum(sizes[:, a, b], typical[a, b]))
         return max(float(part.max(initial=0.0)) for part in errors)
 
-    def _displacements(self, turned: float, loss: float) -> Complex:
-        """Return displacements at a squared circular frequency for unit forces, shape (n, s)."""
-        return solved(self.stiffness * (1 + 1j * loss) - turned * self.mass, self.directions)
+    def _displacements(self, turn: float, loss: float, coupling: Coupling | None) -> Complex:
+        """Return displacements at a circular frequency for unit forces, shape (n, s)."""
+        dynamic = self.stiffness * (1 + 1j * loss) - turn**2 * self.mass
+        return solved(dynamic if coupling is None else dynamic + coupling.at(turn), self.directions)
 
-    def _exact(self, frequencies: Array) -> Complex:
+    def _exact(self, frequencies: Array, coupling: Coupling | None = None) -> Complex:
         """Return receptances by solutions with the whole matrices, shape (f, s, s)."""
-        for frequency in frequencies:
-            if frequency not in self._receptances:
-                turned = (2 * math.pi * frequency) ** 2
-                answer = self.directions.T @ self._displacements(turned, RECEPTANCE.loss)
-                self._receptances[frequency] = answer
+        known = self._receptances if coupling is None else coupling.receptances
+        for frequency in set(frequencies).difference(known):
+            moved = self._displacements(2 * math.pi * frequency, RECEPTANCE.loss, coupling)
+            known[frequency] = self.directions.T @ moved
         size = self.directions.shape[1]
-        return np.array([self._receptances[one] for one in frequencies]).reshape(-1, size, size)
+        return np.array([known[one] for one in frequencies]).reshape(-1, size, size)
+
+
+def product(matrix: Any, shapes: Array) -> Array:
+    """Return a matrix times shapes, zero where that is rounding. Shapes: (n, n), (n, r)."""
+    result = np.asarray(matrix @ shapes)
+    result[np.abs(result) < MATRICES.projected * np.asarray(abs(matrix) @ np.abs(shapes))] = 0.0
+    return result
 
 
 def solved(matrix: Any, right: Array) -> Complex:

@@ -20,7 +20,7 @@ from slipfold.models.structures.matrices import (
     require_symmetric,
     solver,
 )
-from slipfold.models.structures.receptance import Coordinates, FullStructure, LowestModes
+from slipfold.models.structures.receptance import Coordinates, Coupling, FullStructure, LowestModes
 from slipfold.models.units import parse_quantity
 from slipfold.read_only import Documented
 from slipfold.text import OneLine, PrintedTable, listed, number_text
@@ -33,9 +33,10 @@ class ReductionReport(OneLine, Documented):
     A receptance is the displacement along one direction for a unit force along another, at one
     frequency. The directions are those of elements, contacts, forcing and `watch`. Receptances are
     compared at natural frequencies in the band and between them, six of each at most, and errors
-    are interpolated; with a loss factor of 2 %, since an undamped resonance is infinite. The error
-    is relative to the receptance, or to its geometric mean over the band where that is larger,
-    beside antiresonances. So the motion that given forces cause is wrong by this part, harmonic by
+    are interpolated; with a loss factor of 2 %, since an undamped resonance is infinite, and with
+    the matrices C, G, H and parts with parameters at the model's values. The error is relative to
+    the receptance, or to its geometric mean over the band where that is larger, beside
+    antiresonances. So the motion that given forces cause is wrong by this part, harmonic by
     harmonic, as far as the harmonics are in the band. How much more a response changes where it is
     sensitive to forces, at a fold or near a loss of stability, it does not say.
 
@@ -119,8 +120,8 @@ class Reduced:
         """Names of the r coordinates."""
         return tuple(f"mode{number + 1}" for number in range(len(self.coordinates.squares)))
 
-    def report(self) -> ReductionReport:
-        """Compare the coordinates with the full structure."""
+    def report(self, coupling: Coupling | None) -> ReductionReport:
+        """Compare the coordinates with the full structure, with what couples its modes."""
         squares = self.coordinates.squares
         directions = self.full.directions.shape[1]
         exact = frequencies_of(self.full.modes.first(len(squares))[0])
@@ -130,7 +131,7 @@ class Reduced:
             exact,
             self.band,
             self.full.modes.size,
-            self.full.error(self.coordinates, self.band) if directions else math.nan,
+            self.full.error(self.coordinates, self.band, coupling) if directions else math.nan,
             self.full.rounding,
         )
 
@@ -345,10 +346,11 @@ class ModalReduction(Reduction):
 class FreeInterface(ModalReduction):
     """The lowest undamped modes, and what the others add where forces act.
 
-    The modes are those of `ModalReduction`, exact. For each direction of an element, a contact or
-    a force there is one coordinate more: the static displacement of the other modes (Rubin). So
-    static forces there cause the exact displacement. Of these static shapes the modal coordinates
-    of the highest frequencies are made.
+    The modes are those of `ModalReduction`, exact. For each direction of an element, a contact or a
+    force there is one coordinate more: the static displacement of the other modes (Rubin). So
+    static forces there cause the exact displacement. There are more for the forces that C, G, H and
+    parts with parameters exert in the modes. Of these static shapes the modal coordinates of the
+    highest frequencies are made.
 
     References
     ----------

@@ -552,7 +552,7 @@ class Structure(MechanicalModel):
     @property
     def reduction_report(self) -> ReductionReport | None:
         """Errors of natural frequencies and receptances by the reduction; None without one."""
-        return self._assembly.report
+        return self._assembly.report(self._values)
 
     @property
     def basis(self) -> Array:
