@@ -204,6 +204,19 @@ def multipliers_text(multipliers: Multipliers, *, cycle: bool) -> str:
     return f"{word}, the largest {number_text(largest)}" if len(multipliers) else word
 
 
+def kind_text(kind: str, period: int, forced: bool) -> str:
+    """Say what a curve consists of, e.g. ``"period 2"``, ``"cycles"`` or ``"equilibria"``.
+
+    >>> kind_text("periodic", 2, forced=False)
+    'cycles of period 2'
+    """
+    if kind == "equilibrium":
+        return "equilibria"
+    if forced:
+        return f"period {period}"
+    return "cycles" if period == 1 else f"cycles of period {period}"
+
+
 def revolutions_text(revolutions: Mapping[str, int]) -> str:
     """Say how many revolutions angles make in a period; empty where none does.
 

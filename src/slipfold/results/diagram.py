@@ -303,7 +303,7 @@ class Diagram(CurveDiagram):
         for branch in self.branches:
             started, stopped = branch.ends
             begins, ends = (self._at([certain(end.value, noise)]) for end in branch.ends)
-            size = f"period {branch.period}, {len(branch)} points"
+            size = f"{branch._content}, {len(branch)} points"
             size = ", ".join(
                 filter(None, [size, revolutions_text(branch.revolutions), _stuck(branch)])
             )

@@ -30,8 +30,7 @@ class Branch(OrbitSeries):
         return self.parameter[:, None]
 
     def _line(self) -> str:
-        parts = ["equilibria" if self.kind == "equilibrium" else f"period {self.period}"]
-        parts.append(revolutions_text(self.revolutions))
+        parts = [self._content, revolutions_text(self.revolutions)]
         parts.append(f"{len(self)} points")
         if len(self):
             ends = (float(self.parameter[0]), float(self.parameter[-1]))

@@ -17,7 +17,7 @@ from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import Measured, PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
-from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, place_text
+from slipfold.text import OneLine, PrintedTable, certain, headed, kind_text, number_text, place_text
 
 MULTIPLIERS = "Floquet multipliers, complex, shape ({}n_states,), largest modulus first; for an "
 MULTIPLIERS += "equilibrium, those of the flow over the model's ``duration``."
@@ -145,6 +145,10 @@ class OrbitSeries(Measured, SolutionCurve):
     stuck_fraction: Annotated[
         Array | None, STUCK.format(", shape (n_points,). None if all orbits do that")
     ] = None
+
+    @property
+    def _content(self) -> str:
+        return kind_text(self.kind, self.period, self.model.forced)
 
     @cached_property
     def eigenvalues(self) -> Complex | None:

@@ -17,7 +17,7 @@ from slipfold.models.model import evaluation_of
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, POINT_TYPES
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.normal_forms.normal_form import criticality_of
-from slipfold.text import listed, parameter_text
+from slipfold.text import kind_text, listed, parameter_text
 
 IMAGINARY = 1e-8
 """Real part of a pair on the imaginary axis, over the largest eigenvalue, that is rounding."""
@@ -196,12 +196,8 @@ def locus_title(type_: str, period: int, kind: str, forced: bool, quantity: str 
 
     >>> locus_title("LP", 1, "equilibrium", forced=False)
     'LP of equilibria'
-    >>> locus_title("PD", 2, "periodic", forced=False)
-    'PD of cycles of period 2'
     """
-    of = "equilibria" if kind == "equilibrium" else f"period {period}"
-    if not forced and kind == "periodic":
-        of = "cycles" if period == 1 else f"cycles of {of}"
+    of = kind_text(kind, period, forced)
     return f"{POINT_TYPES[type_].title} {quantity} of {of}" if quantity else f"{type_} of {of}"
 
 

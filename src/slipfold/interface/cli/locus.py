@@ -155,6 +155,7 @@ def select_points(
     labels: Collection[int] | None = None,
 ) -> list[SpecialPoint]:
     """Return the special points with loci that are requested, in the order of their labels."""
+    from slipfold.bifurcations.loci.locus import locus_title
     from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
     from slipfold.results.diagram import points_by_label
 
@@ -180,9 +181,12 @@ def select_points(
             for name, choice in requested.items()
             if choice
         )
-        listed = (
-            f"{label} ({point.type} of period {point.period})" for label, point in known.items()
+        branch_of = {point: branch for branch, point in diagram.special}
+        titles = (
+            locus_title(point.type, point.period, branch_of[point].kind, diagram.model.forced)
+            for point in known.values()
         )
+        listed = (f"{label} ({title})" for label, title in zip(known, titles, strict=True))
         raise InputError(
             f"{where} has no special point with a locus{' of ' if given else ''}{given}; "
             + (f"give one of {', '.join(listed)}" if known else "give another model or span")
