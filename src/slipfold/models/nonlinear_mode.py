@@ -98,7 +98,7 @@ class NonlinearMode(Unforced):
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Return the time derivatives of the states, per second."""
         rates = super().rates(q, c, phase)
-        for name in velocities_of(self._base.kind):
+        for name in velocities_of(self._base.kind).values():
             rates[name] = rates[name] + c[XI.name] * q[name]
         return rates
 
@@ -127,12 +127,11 @@ def _damping_ratio(q: Symbols, c: Symbols, phase: Expression) -> Expression:
 
 
 @lru_cache(maxsize=64)
-def velocities_of(kind: Kind) -> tuple[str, ...]:
-    """Return the names of the states that are rates of others, in their order."""
+def velocities_of(kind: Kind) -> Mapping[str, str]:
+    """Return the states that are rates of others, by the names of these."""
     model = kind.make()
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
     c = {name: hy.expression(f"c_{name}") for name in model.coefficients(p)}
     q = {state.name: hy.expression(state.name) for state in model.states}
-    rates = model.rates(q, c, hy.expression("phase"))
-    moved = {str(rate) for name, rate in rates.items() if str(rate) != name}
-    return tuple(name for name in q if name in moved)
+    rates = {name: str(rate) for name, rate in model.rates(q, c, hy.expression("phase")).items()}
+    return {name: rate for name, rate in rates.items() if rate in q and rate != name}

@@ -68,14 +68,14 @@ def test_a_figure_has_the_pinned_curves_and_is_that_of_the_package(shown):
     content = "".join(
         ElementTree.parse(saved(shown, "diagram", "Figure, SVG")).getroot().itertext()
     )
-    assert [word for word in ("slower", "live", "PD") if word not in content] == []
+    assert [word for word in ("slower", "current", "PD") if word not in content] == []
 
 
 @pytest.mark.parametrize(
     ("panel", "words"),
     [
         ("diagram", ["Nd (N)"]),
-        ("orbit", ["Nd = 0.3", "Time series", "Floquet multipliers", "Contact forces", "Fx"]),
+        ("orbit", ["Nd = 0.3", "Time series", "Floquet multipliers", "Forces", "Fx"]),
         ("simulation", ["simulated from rest", "Settling", "forcing period"]),
     ],
 )

@@ -17,6 +17,7 @@ from slipfold.interface.explorer.messages import UNNAMED, ViewRequest
 from slipfold.interface.explorer.plain import axis_of
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.model import Model
+from slipfold.models.nonlinear_mode import velocities_of
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import built_in_models, model_of_text
 from slipfold.models.units import units_of, wanted_text
@@ -158,6 +159,7 @@ def _described(name: str, model: Model) -> dict[str, Any]:
         "title": model.title,
         "forced": model.forced,
         "states": [axis_of(model, item.name) for item in model.states],
+        "rates": velocities_of(model.kind),
         "contacts": [
             {"name": item.name, "directions": len(item.slip)} for item in contacts_of(model)
         ],

@@ -15,6 +15,7 @@ from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model, evaluation_of
+from slipfold.models.nonlinear_mode import velocities_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.forcing import PeriodicForce
@@ -47,13 +48,17 @@ def mechanism_of(model: Model) -> dict[str, Any] | None:
 
 def _of_equations(model: Model) -> dict[str, Any] | None:
     """Return the mechanism of equations of second order, by their derivatives."""
-    rates, slopes = _linearized(model)
-    pairs = _pairs(model, rates, slopes)
+    evaluation, state = evaluation_of(model), _beside(model)
+    rates, slopes = evaluation.linear(model, state, np.zeros(()))
+    slopes = np.nan_to_num(slopes)
+    row = {state.name: i for i, state in enumerate(model.states)}
+    moved = velocities_of(model.kind)
+    pairs = [(row[name], row[v]) for name, v in moved.items() if name not in moved.values()]
     memory = sum(len(item.law.memory(len(item.slip))) for item in contacts_of(model))
     if not pairs or 2 * len(pairs) + memory != len(model.states):
         return None
     place, speed = map(list, zip(*pairs, strict=True))
-    later = evaluation_of(model).rates(model, _beside(model), 0.25)
+    later = evaluation.rates(model, state, 0.25)
     names = [model.states[i].name for i in speed]
     return _limited(
         {
@@ -136,21 +141,3 @@ def _beside(model: Model) -> Array:
     """Return a state where springs that are soft in the middle have a stiffness."""
     scales = np.nan_to_num(model.declared_scales(), nan=1.0)
     return np.asarray(model.start + scales * np.linspace(0.31, 0.43, len(scales)))
-
-
-def _linearized(model: Model) -> tuple[Array, Array]:
-    state = _beside(model)
-    rates, slopes = evaluation_of(model).linear(model, state, np.zeros(()))
-    return rates, np.nan_to_num(slopes)
-
-
-def _pairs(model: Model, rates: Array, slopes: Array) -> list[tuple[int, int]]:
-    """Return displacements and their velocities, by their places among the states."""
-    state = _beside(model)
-    pairs = []
-    for row, slope in enumerate(slopes):
-        (column, *others) = np.flatnonzero(slope)[:2].tolist() or [row]
-        if not others and column != row and slope[column] == 1 and rates[row] == state[column]:
-            pairs.append((row, column))
-    velocities = {column for _, column in pairs}
-    return [(row, column) for row, column in pairs if row not in velocities]

@@ -202,9 +202,8 @@ export class MotionPanel {
 
   /** The rate of an output, or else another output. */
   #rateOf(name) {
-    const states = this.#session.model.states.map((item) => item.name);
-    if (states.includes(`v${name}`)) return `v${name}`;
-    return states.find((other) => other !== name) ?? name;
+    const { states, rates } = this.#session.model;
+    return rates[name] ?? states.find((other) => other.name !== name)?.name ?? name;
   }
 
   #turn(changes) {
@@ -260,7 +259,7 @@ export class MotionPanel {
   #showChoices() {
     const { states, outputs, forced } = this.#session.model;
     const options = [...states, ...outputs].map(optionOf);
-    const each = forced ? "periods" : this.#motion?.frequency ? "rounds" : "intervals";
+    const each = forced ? "periods" : this.#motion?.frequency ? "cycles" : "intervals";
     const lasts = WINDOWS.map((count) => ({ value: String(count), text: `${count} ${each}` }));
     const unit = display(this.#quantity("across")).unit || "its unit";
     const [, reference] = REFERENCES[this.#quantity("across").unit] ?? [];

@@ -15,6 +15,7 @@ const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
  * @property {object} answer the server's
  * @property {(name: string) => object} quantity describes a state or output
  * @property {boolean} isForced
+ * @property {Record<string, string>} rates states that are rates of others, by the names of these
  */
 
 /**
@@ -32,25 +33,25 @@ function orbitPlots(onPhase) {
 }
 
 function timeSeries(onPhase) {
-  return overTime("time", "Time series", onPhase, positions, ({ states }) => states);
+  return overTime("time", "Time series", onPhase, displacements, ({ states }) => states);
 }
 
 function forces(onPhase) {
-  return overTime("forces", "Contact forces", onPhase, () => ["N", "Fx", "Fy"], ({ outputs }) => outputs);
+  return overTime("forces", "Forces", onPhase, () => ["N", "Fx", "Fy"], ({ outputs }) => outputs);
 }
 
 /**
  * Quantities over time.
- * @param {(answer: object) => string[]} names
+ * @param {(orbit: Orbit) => string[]} names
  * @param {(answer: object) => Record<string, number[]>} values
  */
 function overTime(id, title, onPhase, names, values) {
   const plot = new SmallPlot(id, title, { onPoint: (time) => onPhase(time / plot.length) });
   return {
     plot,
-    fits: ({ answer }) => names(answer).every((name) => name in values(answer)),
+    fits: (orbit) => names(orbit).every((name) => name in values(orbit.answer)),
     isBlank: isEquilibrium,
-    draw: (orbit) => drawOverTime(plot, orbit, names(orbit.answer), values(orbit.answer)),
+    draw: (orbit) => drawOverTime(plot, orbit, names(orbit), values(orbit.answer)),
     point: (_orbit, phase) => plot.point({ x: phase * plot.length }),
   };
 }
@@ -60,24 +61,24 @@ function drawOverTime(plot, { answer, quantity, isForced }, names, values) {
   const duration = answer.t.at(-1) - answer.t[0];
   plot.length = isForced ? answer.period : duration;
   const time = answer.t.map((t) => ((t - answer.t[0]) / (duration || 1)) * plot.length);
+  const labels = names.map((name) => quantity(name)?.label ?? name);
   const units = new Set(names.map((name) => display(quantity(name) ?? {}).unit));
   const [unit] = units;
   // Quantities with different units share an axis only as fractions of their largest values.
   const sizeOf = (name) => (units.size === 1 ? 1 : Math.max(...values[name].map(Math.abs)) || 1);
   plot.draw({
     x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, plot.length] },
-    y: { label: units.size > 1 ? "over largest" : unit ? `(${unit})` : "" },
+    y: { label: units.size > 1 ? "over largest" : `${labels.join(", ")}${unit && ` (${unit})`}` },
     lines: names.map((name, i) => ({
-      x: time, y: values[name].map((value) => value / sizeOf(name)), tint: `tint-${i + 1}`, name: quantity(name)?.label ?? name,
+      x: time, y: values[name].map((value) => value / sizeOf(name)), tint: `tint-${i + 1}`, name: labels[i],
     })),
   });
 }
 
 function phasePortrait() {
-  const pair = ({ states }) => {
-    const names = Object.keys(states);
-    const rate = names.find((name) => name === `v${names[0]}`) ?? names[1] ?? names[0];
-    return [names[0], rate];
+  const pair = ({ answer: { states }, rates }) => {
+    const [first, second = first] = Object.keys(states);
+    return [first, rates[first] ?? second];
   };
   // Without a mechanism the phase plane is the stage itself.
   return portrait(new SmallPlot("phase", "Phase portrait"), pair, ({ mechanism }) => mechanism !== null);
@@ -93,8 +94,9 @@ function portrait(plot, pair, fits) {
   return {
     plot,
     fits: ({ answer }) => fits(answer),
-    draw: ({ answer, quantity }) => {
-      const [a, b] = pair(answer);
+    draw: (orbit) => {
+      const { answer, quantity } = orbit;
+      const [a, b] = pair(orbit);
       const [x, y] = [answer.states[a], answer.states[b]];
       plot.draw({
         x: { label: axisTitle(quantity(a)) },
@@ -103,7 +105,7 @@ function portrait(plot, pair, fits) {
         dots: stroboscopic(answer).map((i) => ({ x: x[i], y: y[i], tint: "stroboscopic" })),
       });
     },
-    point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, pair(answer), phase)] }),
+    point: (orbit, phase) => plot.point({ dots: [dotAt(orbit.answer.states, pair(orbit), phase)] }),
   };
 }
 
@@ -113,9 +115,9 @@ function spectrum() {
     plot,
     fits: () => true,
     isBlank: ({ answer }) => answer.spectrum.frequency.length <= 1 || isEquilibrium({ answer }),
-    draw: ({ answer, quantity }) => {
-      const { frequency, amplitude } = answer.spectrum;
-      const names = positions(answer).filter((name) => name in amplitude);
+    draw: (orbit) => {
+      const { answer: { spectrum: { frequency, amplitude } }, quantity } = orbit;
+      const names = displacements(orbit).filter((name) => name in amplitude);
       const largest = Math.max(...names.flatMap((name) => amplitude[name]));
       if (!(largest > 0)) {
         plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: "amplitude", rows: [] }, lines: [], notes: ["It stands still."] });
@@ -203,11 +205,10 @@ function eigenvalues() {
   };
 }
 
-/** The states that are not rates of others: displacements. */
-function positions({ states }) {
-  const names = Object.keys(states);
-  const kept = names.filter((name) => !(name.startsWith("v") && names.includes(name.slice(1))));
-  return kept.slice(0, 3);
+/** The states that are not rates of others, three at most. */
+function displacements({ answer: { states }, rates }) {
+  const speeds = new Set(Object.values(rates));
+  return Object.keys(states).filter((name) => !speeds.has(name)).slice(0, 3);
 }
 
 /** The samples at phase zero of each forcing period. */
@@ -292,7 +293,7 @@ export class OrbitPanel {
     // The motion runs on while another model is computed: its quantities are those of its own model.
     const described = [...model.parameters, ...model.states, ...model.outputs];
     const quantity = (name) => described.find((item) => item.name === name);
-    this.#orbit = { answer, quantity, isForced: model.forced, view, request };
+    this.#orbit = { answer, quantity, isForced: model.forced, rates: model.rates, view, request };
     this.cursor.adopt(answer.t.at(-1) - answer.t[0], model.forced ? answer.period : 1);
     const stage = this.#stageOf(answer);
     if (stage.node.parentNode !== this.#stage) this.#stage.replaceChildren(stage.node);
