@@ -89,6 +89,13 @@ def test_equations_are_written_as_by_hand_with_their_sources():
     assert found["μ(|s|)"].startswith("μk")
 
 
+def test_the_equations_of_a_law_with_a_memory_have_its_state():
+    contact = sf.FrictionContact("x", sf.LuGre(), 2.0)
+    found = rows(sf.Structure([[1]], [[0]], [[1]], names="x", contacts=contact))
+    assert found["R1"].startswith("N (σ₀ z + σ₁ z′ + σ₂ s), s = ")
+    assert found["z′"] == "s − σ₀ |s| z/g(|s|)"
+
+
 @pytest.mark.parametrize("name", built_in_models())
 def test_every_model_has_equations(name):
     model = built_in_models()[name]()

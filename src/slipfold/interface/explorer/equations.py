@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipfold.interface.explorer.plain import formula_of, plain_text
-from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.law import FrictionLaw, MemoryLaw
 from slipfold.models.model import Model
 from slipfold.models.registry import model_of_text
 from slipfold.models.sliding_oscillator import SlidingOscillator
@@ -77,15 +77,16 @@ def _of_system(model: Model, law: FrictionLaw | None = None) -> dict[str, list[R
     for name, table in definition.contacts.items():
         slips = [_pretty(part, symbols) for part in table.slip]
         forces = [_pretty(force, symbols) for force in table.forces(name)]
-        for force, slip in zip(forces, slips, strict=True):
-            contacts.append([force, f"μ(|s|) N s/|s|, s = {slip}", f"friction in {name}"])
-        contacts.append(["N", _pretty(table.normal, symbols), f"normal force of {name}"])
+        own = law or table.friction.law
         named = (
             {}
             if law
             else {key: _pretty(text, symbols) for key, text in table.friction.formulas.items()}
         )
-        contacts.append(["μ(|s|)", _coefficient(law or table.friction.law, named), ""])
+        for force, slip in zip(forces, slips, strict=True):
+            contacts += _force(own, named, force, slip, f"in {name}")
+        contacts.append(["N", _pretty(table.normal, symbols), f"normal force of {name}"])
+        contacts.append(_coefficient(own, named))
     period = definition.period
     return {
         "Equations of motion": [
@@ -174,7 +175,7 @@ def _letter(component: Component) -> str:
 
 def _component(component: Component, name: str, symbols: Mapping[str, str]) -> Iterator[Row]:
     """Yield what the force of a component is."""
-    names = {item.name: item.name for item in component.parameters}
+    names = [item.name for item in component.parameters]
     own = {key: symbols.get(component._parameter_name(key), key) for key in names}
     if isinstance(component, FrictionContact):
         along = [str(direction) for direction in component.along]
@@ -185,22 +186,15 @@ def _component(component: Component, name: str, symbols: Mapping[str, str]) -> I
             f"{part} − {one}′" if one.isidentifier() else f"{part} − ({one})′"
             for part, one in zip(of, along, strict=True)
         ]
-        yield [
-            name,
-            f"μ(|s|) N s/|s|, s = {', '.join(slips)}",
-            f"friction along {', '.join(along)}",
-        ]
+        yield from _force(component.law, own, name, ", ".join(slips), f"along {', '.join(along)}")
         yield ["N", _load(component.load, own), f"normal force of {name}"]
-        yield ["μ(|s|)", _coefficient(component.law, own), ""]
+        yield _coefficient(component.law, own)
     elif isinstance(component, HarmonicForce):
         order = "" if component.harmonic == 1 else f"{component.harmonic}·"
         yield [name, f"{own['F']} cos(2π {order}f t + {own['phi']})", f"force at {component.at}"]
     elif isinstance(component, LinearSpring | CubicSpring):
-        way = f"({component.at})"
-        force = (
-            f"{own['k']} {way}" if isinstance(component, LinearSpring) else f"{own['k3']} {way}³"
-        )
-        yield [name, f"−{force}", f"spring along {component.at}"]
+        k, power = ("k", "") if isinstance(component, LinearSpring) else ("k3", "³")
+        yield [name, f"−{own[k]} ({component.at}){power}", f"spring along {component.at}"]
     else:
         at = getattr(component, "at", "")
         yield [name, _call(component, own), f"on {at}" if at else ""]
@@ -217,13 +211,28 @@ def _call(part: Any, own: Mapping[str, str]) -> str:
     return f"{part.title}: {', '.join(own.get(key, key) for key in part.values)}"
 
 
-def _coefficient(law: FrictionLaw, named: Mapping[str, str]) -> str:
-    """Return the friction coefficient as the law describes it."""
-    found = re.search(r"``(.+?)``", type(law).formula.__doc__ or "")
-    if found is None:
-        return law.label
-    speed = re.sub(r"\bv\b", "w", found[1])
-    return f"{_pretty(speed, {**named, 'w': '|s|'})}  ({law.label})"
+def _force(
+    law: FrictionLaw, named: Mapping[str, str], force: str, slip: str, of: str
+) -> Iterator[Row]:
+    """Yield a friction force, and how its memory changes if the law has one."""
+    kind, named = type(law), {**named, "v": "s"}
+    if issubclass(kind, MemoryLaw):
+        yield [force, f"{_said(kind.forces, named)}, s = {slip}", f"friction {of}"]
+        yield ["z′", _said(kind.memory_rates, named), f"memory of {force}"]
+    else:
+        yield [force, f"μ(|s|) N s/|s|, s = {slip}", f"friction {of}"]
+
+
+def _coefficient(law: FrictionLaw, named: Mapping[str, str]) -> Row:
+    return ["μ(|s|)", _said(type(law).formula, {**named, "v": "|s|"}) or law.label, law.label]
+
+
+def _said(method: Callable[..., Any], symbols: Mapping[str, str]) -> str:
+    """Return the formulas that describe a method of a law, with the words between them."""
+    words = " ".join((method.__doc__ or "").split()).removesuffix(".")
+    if "``" not in words:
+        return ""
+    return re.sub(r"``(.+?)``", lambda found: _pretty(found[1], symbols), words)
 
 
 def _symbol(name: str, symbol: str = "") -> str:
@@ -245,5 +254,5 @@ def _pretty(formula: str, symbols: Mapping[str, str]) -> str:
         elif token.startswith("^") and len(token) > 1:
             parts.append(token[1:].translate(POWERS))
         else:
-            parts.append({"*": " ", "-": "−"}.get(token, token))
+            parts.append({"*": " ", "-": "−", "'": "′"}.get(token, token))
     return re.sub(r" {2,}", " ", "".join(parts))

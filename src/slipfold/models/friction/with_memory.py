@@ -101,7 +101,7 @@ class Dahl(_Bristles):
         return p["mu_k"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_k v/sqrt(v^2 + e^2)``."""
+        """``g(v) v/sqrt(v^2 + e^2)``, ``g(v) = mu_k``."""
         return p["mu_k"] * speed / _rounded(speed * speed, p)
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
@@ -158,7 +158,7 @@ class LuGre(_Bristles):
         return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-ratio)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``g(v) v/sqrt(v^2 + e^2) + s2 v``."""
+        """``g(v) v/sqrt(v^2 + e^2) + s2 v``, ``g(v) = mu_k + (mu_s - mu_k) exp(-(v/vs)^2)``."""
         square = speed * speed
         return speed * (self._level(square, p) / _rounded(square, p) + p["s2"])
 
