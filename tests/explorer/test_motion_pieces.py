@@ -62,7 +62,7 @@ def test_a_belt_carries_a_mass_as_simulate_says():
     motion = sf.simulate(model)
     assert last["verdict"] == motion.settlement.message
     assert last["duration"] == motion.settlement.duration
-    assert last["contacts"]["words"].startswith("In its last round contact sticks once, ")
+    assert last["contacts"]["words"].startswith("In its last period contact sticks once, ")
     assert last_message(sf.built_in_models()["duffing"](), periods=3)["contacts"] is None
 
 

@@ -268,7 +268,7 @@ def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
             }
             for contact in contacts.contacts
         ],
-        "words": _words(trajectory, contacts, last_round(trajectory)),
+        "words": _words(trajectory, last_round(trajectory)),
     }
 
 
@@ -283,25 +283,23 @@ def _contact_piece(contacts: ContactRounds, piece: ContactPhase) -> dict[str, An
     }
 
 
-def _words(trajectory: Trajectory, contacts: ContactRounds, last: LastRound | None) -> str:
-    """Return in a sentence what contacts do in a round."""
+def _words(trajectory: Trajectory, last: LastRound | None) -> str:
+    """Return in a sentence what contacts do in a period."""
     if last is None:
         return ""
     if last.stuck and trajectory.sticking is not None:
         return "It is stuck: all contacts stick all the time."
-    round_name = "round" if contacts.repeats else "period"
     if not last.sticking:
-        return f"It always slips in its last {round_name}."
+        return "It always slips in its last period."
     counts = {item.contact: 0 for item in last.sticking}
     for item in last.sticking:
         counts[item.contact] += 1
-    text = " and ".join(f"{name} sticks {_times(count)}" for name, count in counts.items())
+    times = {1: "once", 2: "twice"}
+    text = " and ".join(
+        f"{name} sticks {times.get(count, f'{count} times')}" for name, count in counts.items()
+    )
     fraction = f"{100 * last.fraction:.3g}\u202f% of the time"
-    return f"In its last {round_name} {text}, {fraction}."
-
-
-def _times(count: int) -> str:
-    return {1: "once", 2: "twice"}.get(count, f"{count} times")
+    return f"In its last period {text}, {fraction}."
 
 
 def send_exponents(model: Model, request: ExponentsRequest, send: Emit, check: Check) -> None:

@@ -9,9 +9,6 @@ const CEILING = 14;
 const LANE = 15;
 const HATCH = 10;
 
-/** Displacements across the row, by how names begin. */
-const ACROSS = /^[yzw]/;
-
 /** Width of a letter of a name that is written below its mass, if it has room there. */
 const LETTER = 6.5;
 
@@ -45,9 +42,10 @@ export class Schematic {
   }
 
   /** As `Mechanism.adopt`. */
-  adopt(answer) {
-    const parts = JSON.stringify(answer.mechanism);
-    if (parts !== this.#parts) this.#build(answer.mechanism);
+  adopt(answer, _parameters, quantity) {
+    const labels = answer.mechanism.bodies.map((name) => quantity(name)?.label ?? name);
+    const parts = JSON.stringify([answer.mechanism, labels]);
+    if (parts !== this.#parts) this.#build(answer.mechanism, labels);
     this.#parts = parts;
     this.#answer = answer;
     const all = answer.mechanism.bodies.flatMap((name) => answer.states[name] ?? [0]);
@@ -73,8 +71,8 @@ export class Schematic {
     });
   }
 
-  #build(parts) {
-    const masses = grouped(parts.bodies);
+  #build(parts, labels) {
+    const masses = grouped(parts.bodies, labels);
     const spacing = (WIDTH - 2 * MARGIN) / masses.length;
     const half = Math.min(17, spacing * 0.24);
     this.reach = Math.min(spacing * 0.2, 24);
@@ -85,7 +83,7 @@ export class Schematic {
       mass.half = half;
       mass.at = mass.home;
       mass.shape = svg("rect", { class: "block", x: -half, y: -half, width: 2 * half, height: 2 * half });
-      mass.node = svg("g", {}, mass.shape, arrows(parts.forces.map((k) => parts.bodies[k]), mass, half));
+      mass.node = svg("g", {}, mass.shape, arrows(parts.forces, mass, half));
     });
     this.#masses = masses;
     this.#places = masses;
@@ -97,29 +95,35 @@ export class Schematic {
     const edges = this.#contacts.map(({ mass, width }) => svg("path", {
       class: "belt-edge", d: `M${mass.home[0] - width / 2} ${mass.home[1] + half}h${width}`,
     }));
-    const names = masses.map(({ names, home }) => {
-      const name = names.join(", ");
+    const titles = masses.map(({ labels: own, home }) => {
+      const name = own.join(", ");
       return name.length * LETTER <= spacing && masses.length <= 12
         ? svg("text", { class: "part-name", x: home[0], y: middle + half + 24, "text-anchor": "middle" }, name) : null;
     });
+    // No room is kept for a wall or a ceiling that is not there.
+    const walls = this.#links.filter(({ wall }) => wall);
+    const right = walls.some(({ side }) => side === 1) ? WIDTH
+      : Math.max(...masses.map(({ home }) => home[0] + half + this.reach), ...this.#contacts.map(({ mass, width }) => mass.home[0] + width / 2)) + 8;
+    const top = walls.some(({ side }) => !side) || masses.some(({ across }) => across >= 0) ? 0 : middle - half - LANE * skips.length - 24;
     set(this.#drawing, {
-      viewBox: `0 0 ${WIDTH} ${middle + half + 34}`,
+      viewBox: `0 ${top} ${right} ${middle + half + 34 - top}`,
       "aria-label": `The mechanism: ${masses.length} ${masses.length === 1 ? "mass" : "masses"}, ${parts.springs.length} springs, ${parts.contacts.length} friction contacts`,
     });
     this.#drawing.replaceChildren(...edges, ...this.#contacts.map(({ belt }) => belt),
       ...this.#links.flatMap(({ wall, node }) => (wall ? [wall, node] : [node])), ...masses.map(({ node }) => node),
-      ...names.filter(Boolean));
+      ...titles.filter(Boolean));
   }
 }
 
 /** The masses: x and y of one name are one mass that moves in the plane. */
-function grouped(bodies) {
+function grouped(bodies, labels) {
   const masses = new Map();
   bodies.forEach((name, i) => {
-    const key = /^[xy]/.test(name) && bodies.includes((name[0] === "x" ? "y" : "x") + name.slice(1)) ? name.slice(1) : `${i} ${name}`;
-    const mass = masses.get(key) ?? { index: masses.size, along: -1, across: -1, names: [] };
-    mass[ACROSS.test(name) ? "across" : "along"] = i;
-    mass.names.push(name);
+    const isPlanar = /^[xy]/.test(name) && bodies.includes((name[0] === "x" ? "y" : "x") + name.slice(1));
+    const key = isPlanar ? name.slice(1) : `${i} ${name}`;
+    const mass = masses.get(key) ?? { index: masses.size, along: -1, across: -1, labels: [] };
+    mass[isPlanar && name[0] === "y" ? "across" : "along"] = i;
+    mass.labels.push(labels[i]);
     masses.set(key, mass);
   });
   return [...masses.values()];
@@ -167,7 +171,7 @@ function linked(parts, masses, middle) {
 function walled(mass, side, draw, offset) {
   const x = side < 0 ? 8 : WIDTH - 8;
   const wall = svg("path", { class: "wall", d: hatched([x, mass.home[1]], mass.half + 6, side) });
-  return { wall, path: () => draw([x, mass.home[1] + offset], [mass.at[0] + side * mass.half, mass.at[1] + offset]) };
+  return { wall, side, path: () => draw([x, mass.home[1] + offset], [mass.at[0] + side * mass.half, mass.at[1] + offset]) };
 }
 
 function hung(mass, draw, offset) {
@@ -203,10 +207,10 @@ function dashpot(from, to) {
   return `M${at(0, 0)}L${at(0.38, 0)}M${at(0.66, -4)}L${at(0.38, -4)}L${at(0.38, 4)}L${at(0.66, 4)}M${at(0.54, -3)}L${at(0.54, 3)}M${at(0.54, 0)}L${at(1, 0)}`;
 }
 
-function arrows(pulled, { names }, half) {
-  const pulls = names.filter((name) => pulled.includes(name));
-  return svg("g", {}, ...pulls.map((name) => svg("path", {
+function arrows(pulled, { along, across }, half) {
+  const pulls = [along, across].filter((body) => pulled.includes(body));
+  return svg("g", {}, ...pulls.map((body) => svg("path", {
     class: "force-arrow",
-    d: ACROSS.test(name) ? `M0 ${-half - 20}v14m-3 -4l3 4l3 -4` : `M${half * 0.2} ${-half - 7}h16m-4 -3l4 3l-4 3`,
+    d: body === across ? `M0 ${-half - 20}v14m-3 -4l3 4l3 -4` : `M${half * 0.2} ${-half - 7}h16m-4 -3l4 3l-4 3`,
   })));
 }
