@@ -23,7 +23,7 @@ def test_the_base_case_with_its_points_and_its_end(explorer):
     expect(explorer.page.locator(".specials .checked")).to_have_text(
         re.compile(r"^Checked: (\d+) of \1 agree to 1e-(09|1\d)\.$")
     )
-    dashes = {trace["name"].removeprefix("live, "): trace["dash"] for trace in explorer.traces()}
+    dashes = {trace["name"].removeprefix("current, "): trace["dash"] for trace in explorer.traces()}
     assert set(dashes) == {"stable", "period doubling", "fold or torus"}
     assert dashes["stable"] == "solid"
     assert len(set(dashes.values())) == 3
@@ -83,11 +83,11 @@ def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):
         explorer.page.wait_for_timeout(20)
     expect(waiting).to_contain_text("Computing the rest of the response")
     expect(waiting).to_be_visible()
-    assert explorer.strengths("live") == {1}
+    assert explorer.strengths("current") == {1}
     expect(plot).to_have_attribute("aria-busy", "true")
     whole.let_go()
     expect(plot).to_have_attribute("aria-busy", "false")
-    assert explorer.strengths("live") == {1}
+    assert explorer.strengths("current") == {1}
 
 
 def test_the_whole_response_is_requested_once_and_from_the_last_move_on(own_tab):
@@ -200,7 +200,7 @@ def test_pinned_curves_stay_and_have_names(explorer):
         ".some(({ name, x }) => name === wanted && x.length > 0))",
         arg=[
             f"{DIAGRAM} .plot-canvas",
-            ["as published, stable", "Vd = 0.4\u202fm/s, stable", "live, stable"],
+            ["as published, stable", "Vd = 0.4\u202fm/s, stable", "current, stable"],
         ],
     )
     page.get_by_label("Remove as published").click()

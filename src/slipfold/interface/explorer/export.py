@@ -101,7 +101,7 @@ def figure(
             if measured is not None:
                 draw_measured(ax, measured, measure, shown)
                 ax.legend()
-            name_family(ax, diagrams, ["live", *pinned], shown, measure)
+            name_family(ax, diagrams, ["current", *pinned], shown, measure)
         elif isinstance(view, DiagramRequest):
             result.plot(view.show, measure=view.statistic, measured=measured, ax=ax)
         elif isinstance(view, SimulationRequest):

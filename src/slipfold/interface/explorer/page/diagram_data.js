@@ -207,6 +207,7 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
  * @property {number} x
  * @property {number} y
  * @property {boolean} hollow
+ * @property {string} of the point that it marks: on the line of the largest and that of the smallest values
  */
 
 /**
@@ -215,8 +216,10 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
  * @returns {Mark[]} in SI units
  */
 export function marksOf(diagram) {
-  const points = diagram.branches.flatMap((branch) => markedPoints(branch, diagram.x));
-  return distinct(points.map(({ type, criticality, words, value, y }) => ({
+  const points = diagram.branches.flatMap((branch) =>
+    markedPoints(branch, diagram.x).map((point) => ({ ...point, of: `${branch.id} ${point.arclength}` })));
+  return distinct(points.map(({ of, type, criticality, words, value, y }) => ({
+    of,
     type,
     text: type === "LIMIT" ? words : [type, SHORT[criticality]].filter(Boolean).join(" "),
     short: type === "LIMIT" ? words.split(" ").at(-1) : type,
@@ -276,6 +279,7 @@ export function markTrace(diagram, color, paper, labels) {
       size: marks.map((mark) => (mark.type === "LIMIT" ? 9 : 8)),
       color: marks.map((mark) => (mark.hollow ? paper : color)),
       line: { color: color, width: 1.6 },
+      opacity: 1, // of markers of several sizes plotly shows through
     },
     cliponaxis: false,
     hoverinfo: "skip",

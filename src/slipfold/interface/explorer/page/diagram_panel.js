@@ -40,7 +40,7 @@ export class DiagramControls {
     this.#show = new Choice("of", (show) => this.#commit({ show, at: null, zoom: null }));
     this.node = element("div", { class: "sentence" },
       this.#vary.node, this.#from.node, element("span", {}, "to"), this.#to.node,
-      this.#unit, this.#statistic.node, this.#show.node, this.#whole);
+      this.#unit, element("span", { class: "axis-choice" }, this.#statistic.node, this.#show.node), this.#whole);
     session.store.changed.subscribe(() => this.#refresh());
     this.#refresh();
   }
@@ -131,7 +131,7 @@ export class Pins {
       element("span", { class: "swatch", "aria-hidden": "true" }), this.#name(pin),
       closeButton(`Remove ${pin.name}`, () => this.#session.store.commit(withoutPin(this.#session.view, pin.id)))));
     const live = element("li", { class: "pin live" },
-      element("span", { class: "swatch", "aria-hidden": "true" }), "live");
+      element("span", { class: "swatch", "aria-hidden": "true" }), "current");
     this.legend.replaceChildren(...(pins.length ? [live, ...items] : []));
   }
 

@@ -189,7 +189,7 @@ export class DiagramPlot {
     this.#isDrawnFaint = this.#isFaint;
     return [
       ...pinned,
-      ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
+      ...faint([...lineTraces(diagram, live, "current"), marks], this.#isDrawnFaint),
       ...measurementTraces(this.#measured(diagram), factors(diagram), color("measurements")),
     ];
   }
@@ -208,7 +208,7 @@ export class DiagramPlot {
     const [fx, fy] = factors(diagram);
     const { map } = this.#drawn;
     const at = (x, y) => map.toPixel(x * fx, y * fy);
-    const texts = marksOf(diagram).map((mark) => ({ text: mark.text, short: mark.short, at: at(mark.x, mark.y) }));
+    const texts = marksOf(diagram).map(({ of, text, short, x, y }) => ({ of, text, short, at: at(x, y) }));
     const drawn = [diagram, ...this.#session.pins.values()];
     const lines = drawn.flatMap(({ branches }) => branches.map(({ x, y }) => x.map((value, i) => at(value, y[i]))));
     const pinned = drawn.slice(1).flatMap((answer) => marksOf(answer).map((mark) => at(mark.x, mark.y)));

@@ -243,6 +243,8 @@ export class PlaneControls {
   node = element("div", { class: "sentence" });
   /** What the server is doing, in words. */
   progress = element("div", { class: "progress" });
+  /** What is to be known of a plane that is whole. */
+  note = element("p", { class: "plane-note", role: "status" });
   #session;
   #rows;
   #drawn = "nothing";
@@ -310,7 +312,7 @@ export class PlaneControls {
   #changed({ answer, progress, stale, loci, lines = [] }) {
     if (answer || loci || lines.length > 0) this.#drawn = "part";
     else if (stale && !progress && !this.#session.store.isLive && this.#drawn === "part") this.#drawn = "others";
-    if (answer) this.#idle(asSentence(answer.note ?? ""), true);
+    if (answer) this.#idle("", asSentence(answer.note ?? ""));
     else if (progress) this.#working(progress);
     else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
   }
@@ -328,16 +330,18 @@ export class PlaneControls {
 
   #working(text) {
     this.#words.textContent = text;
-    this.#words.title = "";
+    this.#words.title = this.note.textContent = "";
     this.#stop.hidden = false;
     this.#again.hidden = true;
   }
 
-  #idle(text, isAll = false) {
+  /** Nothing is computed: why, or of a plane that is whole what is to be known of it. */
+  #idle(text, note = "") {
     this.#words.textContent = text;
     this.#words.title = text; // the line may be too short
+    this.note.textContent = note;
     this.#stop.hidden = true;
-    this.#again.hidden = isAll;
+    this.#again.hidden = text === "";
   }
 
   #cancel() {

@@ -91,6 +91,11 @@ function regimeTraces(picture, color, [fx, fy]) {
 }
 
 const DASHES = { supercritical: "solid", subcritical: "6px,3px" };
+
+/** Of types without criticality, as in the package's figures. */
+const OWN_DASHES = {
+  LP: "7px,2px,1.5px,2px", GRAZE: "6px,2px,2px,2px,2px,2px", STICK: "12px,2px,2px,2px", LIFT: "2px,2px,2px,6px",
+};
 const WIDTHS = { 1: 2.4, 2: 1.5 };
 const FAINT = 0.55;
 
@@ -104,7 +109,7 @@ const UNMARKED = ["MIN", "MAX", "EVENT"];
 export function lineStyle({ type, period }, criticality, color) {
   return {
     color: color(`locus-${type}`) || color("ink"), width: WIDTHS[period] ?? 1.1,
-    dash: type === "LP" ? "7px,2px,1.5px,2px" : DASHES[criticality] ?? "1.5px,2.5px",
+    dash: OWN_DASHES[type] ?? DASHES[criticality] ?? "1.5px,2.5px",
   };
 }
 

@@ -288,7 +288,8 @@ const WIDE = 0.3;
 /**
  * Choose a place for each text; the first choose first. Texts of markers that lie on each other
  * become one, e.g. "3 PD", and a text without room is empty.
- * @param {{text: string, short: string, at: [number, number]}[]} texts with their points in pixels
+ * @param {{text: string, short: string, at: [number, number], of?: string}[]} texts with their places in pixels,
+ *   and what they name: what is marked twice counts once
  * @param {[number, number][][]} lines in pixels
  * @param {{left: number, top: number, width: number, height: number}} frame to stay in, in pixels
  * @param {[number, number][]} others markers without a text, in pixels
@@ -319,7 +320,8 @@ function gathered(texts, widest) {
     else groups.push([item]);
   }
   return texts.map((item) => {
-    const group = groups.find(([first]) => first === item) ?? [];
+    const all = groups.find(([first]) => first === item) ?? [];
+    const group = [...new Map(all.map((each) => [each.of ?? each, each])).values()];
     const [{ text, short } = { text: "", short: "" }] = group;
     const own = text.length * WIDTH * typeScale() > widest ? short : text;
     return { at: item.at, text: group.length > 1 ? counted(group.map((each) => each.short)) : own };

@@ -14,6 +14,9 @@ const LETTER = 8.8;
 /** Largest distance between drawings, in pixels. */
 const GAP = 16;
 
+/** Beside the drawings, in pixels. */
+const MARGIN = 8;
+
 /**
  * Drawings at their places on the page with their captions, as one.
  * @param {string} title what they show
@@ -23,14 +26,14 @@ export function sheetOf(title, figures, color) {
   const boxes = parts.map((part) => part.getBoundingClientRect());
   const frames = figures.map(({ drawing, caption }) => frameOf([drawing, caption ?? drawing]));
   const lefts = frames.map((frame) => Math.min(...frames.filter((other) => areBeside(frame, other)).map(({ left }) => left)));
-  const width = Math.max(...frames.map(({ right }, i) => right - lefts[i]));
+  const width = Math.max(...frames.map(({ right }, i) => right - lefts[i])) + 2 * MARGIN;
   const lines = wrapped(title, width / LETTER);
   const top = Math.min(...boxes.map((box) => box.top)) - LINE * lines.length - 12;
   const lifted = (box) => top + blankAbove(boxes, box.top);
   const height = Math.max(...boxes.map((box) => box.bottom - lifted(box)));
   const font = getComputedStyle(document.body).fontFamily;
-  const sheet = svg("svg", { viewBox: `0 0 ${width} ${height}`, width, height, "font-family": font },
-    svg("rect", { width, height, fill: color("panel") }),
+  const sheet = svg("svg", { viewBox: `${-MARGIN} 0 ${width} ${height}`, width, height, "font-family": font },
+    svg("rect", { x: -MARGIN, width, height, fill: color("panel") }),
     ...lines.map((line, i) => svg("text", {
       x: 10, y: LINE * (i + 1), "font-size": 14, "font-weight": 600, fill: color("ink"),
     }, line)),

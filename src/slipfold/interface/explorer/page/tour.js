@@ -55,7 +55,7 @@ const STEPS = [
     title: "Speed of the plate",
     at: "#parameters",
     text: ({ view }) =>
-      `A faster plate damps less, so the threshold comes down as Vd grows; a slow plate removes the NS. Pinned beside the live curve are ${view.pins.map(({ name }) => name).join(", ")}. Move the slider of Vd yourself: everything follows.`,
+      `A faster plate damps less, so the threshold comes down as Vd grows; a slow plate removes the NS. Pinned beside the current curve are ${view.pins.map(({ name }) => name).join(", ")}. Move the slider of Vd yourself: everything follows.`,
     view: (model) => shown(model, {}, 0.05, 2,
       [0.4, 0.8, 1].map((Vd, i) => pin(i + 1, `Vd = ${Vd} m/s`, model, { Vd }))),
   },
