@@ -205,11 +205,7 @@ def multipliers_text(multipliers: Multipliers, *, cycle: bool) -> str:
 
 
 def kind_text(kind: str, period: int, forced: bool) -> str:
-    """Say what a curve consists of, e.g. ``"period 2"``, ``"cycles"`` or ``"equilibria"``.
-
-    >>> kind_text("periodic", 2, forced=False)
-    'cycles of period 2'
-    """
+    """Say what a curve consists of, e.g. ``"period 2"``, ``"cycles"`` or ``"equilibria"``."""
     if kind == "equilibrium":
         return "equilibria"
     if forced:

@@ -32,6 +32,7 @@ def test_hopf_of_stuart_landau_and_its_cycles_are_exact():
     assert hopf.coefficient == pytest.approx(-2 / model.w, rel=1e-9)
     assert hopf.duration == pytest.approx(2 * math.pi / model.w, rel=1e-12)
     assert hopf.leads_to == cycles.id
+    assert "Branch 2 (cycles, " in diagram.summary()
     assert cycles.durations == pytest.approx(2 * math.pi / model.w, rel=1e-11)
     inside = cycles.parameter > 1e-3
     radius = np.hypot(*cycles.states[inside].T)

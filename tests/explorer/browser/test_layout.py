@@ -146,8 +146,9 @@ def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(sti
     piled = [labeled("PD super", 50, 50 + i) for i in range(3)]
     mixed = [labeled("NS sub", 200, 50), labeled("PD super", 202, 51)]
     apart = [labeled("LP", 300, 200), labeled("LP", 330, 200)]
-    shown = still.page.evaluate(LABELS, [*piled, *mixed, *apart])
-    assert shown == ["3 PD", "", "", "NS, PD", "", "LP", "LP"]
+    twice = [labeled("BP", 300, 50 + i) | {"of": "max and min"} for i in range(2)]
+    shown = still.page.evaluate(LABELS, [*piled, *mixed, *apart, *twice])
+    assert shown == ["3 PD", "", "", "NS, PD", "", "LP", "LP", "BP", ""]
     crowd = [labeled("Neimark", 100 + 12 * (i % 6), 100 + 12 * (i // 6)) for i in range(36)]
     shown = still.page.evaluate(LABELS, crowd)
     assert 4 < sum(map(bool, shown)) < 36

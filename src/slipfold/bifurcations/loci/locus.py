@@ -194,8 +194,8 @@ def hopf_duration(eigenvalues: Complex) -> float:
 def locus_title(type_: str, period: int, kind: str, forced: bool, quantity: str = "") -> str:
     """Return e.g. ``"PD of period 2"``, ``"HB of equilibria"`` or ``"largest max x of period 1"``.
 
-    >>> locus_title("LP", 1, "equilibrium", forced=False)
-    'LP of equilibria'
+    >>> locus_title("PD", 2, "periodic", forced=False)
+    'PD of cycles of period 2'
     """
     of = kind_text(kind, period, forced)
     return f"{POINT_TYPES[type_].title} {quantity} of {of}" if quantity else f"{type_} of {of}"

@@ -78,11 +78,8 @@ def _of_system(model: Model, law: FrictionLaw | None = None) -> dict[str, list[R
         slips = [_pretty(part, symbols) for part in table.slip]
         forces = [_pretty(force, symbols) for force in table.forces(name)]
         own = law or table.friction.law
-        named = (
-            {}
-            if law
-            else {key: _pretty(text, symbols) for key, text in table.friction.formulas.items()}
-        )
+        formulas = {} if law else table.friction.formulas
+        named = {key: _pretty(text, symbols) for key, text in formulas.items()}
         for force, slip in zip(forces, slips, strict=True):
             contacts += _force(own, named, force, slip, f"in {name}")
         contacts.append(["N", _pretty(table.normal, symbols), f"normal force of {name}"])

@@ -13,7 +13,6 @@ from slipfold.arrays import Array
 from slipfold.flow.modes import contacts_of
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.nonlinear_mode import velocities_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
@@ -68,7 +67,11 @@ def _of_equations(model: Model) -> dict[str, Any] | None:
             "contacts": [
                 {
                     "name": contact.name,
-                    "bodies": [i for i, name in enumerate(names) if name in _variables(contact)],
+                    "bodies": sorted(
+                        names.index(name)
+                        for name in hy.get_variables([as_symbol(part) for part in contact.slip])
+                        if name in names
+                    ),
                     "moves": contact.plate_speed != hy.expression(0.0),
                 }
                 for contact in contacts_of(model)
@@ -131,10 +134,6 @@ def _links(matrix: Array) -> Iterator[list[int]]:
             ways = abs(matrix[row, column]), abs(matrix[column, row])
             if ways[0] > NONE * size or ways[1] > NONE * sizes[column]:
                 yield [column, row]
-
-
-def _variables(contact: Contact) -> list[str]:
-    return hy.get_variables([as_symbol(part) for part in contact.slip])
 
 
 def _beside(model: Model) -> Array:

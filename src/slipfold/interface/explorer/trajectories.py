@@ -135,6 +135,10 @@ class KeptTrajectories:
         self, model: Model, request: SolutionRequest, emit: Emit, check: Check = lambda: None
     ) -> Trajectory:
         """Return the trajectory that a request is about; send how far it is."""
+
+        def note(now: Progress) -> dict[str, Any]:
+            return {"far": f"{now.done} of {now.total} periods" if model.forced else now.text}
+
         start = initial_state(model, start_of(model, request))
         key = model, tuple(start.tolist()), request.periods, request.interval
         if key not in self._kept:
@@ -145,7 +149,7 @@ class KeptTrajectories:
                 None if timeless else request.periods,
                 start,
                 tolerance=TOLERANCE,
-                observer=now_and_then(emit, check, _far if model.forced else _time),
+                observer=now_and_then(emit, check, note),
             )
         self._kept.move_to_end(key)
         while len(self._kept) > PAGE.solutions:
@@ -181,14 +185,6 @@ def _advised(trajectory: Trajectory) -> int | None:
         return advised if advised > trajectory.periods else None
     forced = trajectory.model.forced
     return min(math.ceil(more if forced else more / trajectory.forcing_period), MOST_PERIODS)
-
-
-def _far(progress: Progress) -> dict[str, Any]:
-    return {"far": f"{progress.done} of {progress.total} periods"}
-
-
-def _time(progress: Progress) -> dict[str, Any]:
-    return {"far": progress.text}
 
 
 def _sections(trajectory: Trajectory, check: Check) -> dict[str, Any] | None:
