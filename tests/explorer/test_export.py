@@ -44,6 +44,7 @@ SIMULATION = {
     "start": {"x": 0.1},
     "perturbation": {"vy": 0.5},
     "periods": 50,
+    "show": "y",
 }
 FREE_SIMULATION = {**SIMULATION, "model": "rayleigh", "parameters": {"e": 0.7}, "start": "rest"}
 FREE_SIMULATION |= {"text": FILES["rayleigh"].read_text(), "perturbation": {"x": 0.1}}
@@ -273,7 +274,9 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind, mo
 
 
 def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, capsys):
-    names = run_python(exported(SIMULATION, "python").decode(), tmp_path, monkeypatch)
+    script = exported(SIMULATION, "python").decode()
+    assert 'solution.plot("y")' in script
+    names = run_python(script, tmp_path, monkeypatch)
     (tmp_path / "saved.nc").write_bytes(exported(SIMULATION, "nc"))
     np.testing.assert_array_equal(names["solution"].states, sf.load(tmp_path / "saved.nc").states)
     assert names["solution"].states[0].tolist() == [0.1, 0, 0, 0.5]

@@ -105,7 +105,7 @@ def figure(
         elif isinstance(view, DiagramRequest):
             result.plot(view.show, measure=view.statistic, measured=measured, ax=ax)
         elif isinstance(view, SimulationRequest):
-            result.plot(result.model.shown[0], ax=ax)
+            result.plot(view.show or result.model.shown[0], ax=ax)
         elif isinstance(view, PlaneRequest):
             result.plot(ax=ax)
         else:
@@ -190,7 +190,7 @@ def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[s
         return [
             f"solution = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
             "print(solution.summary())",
-            f'solution.plot("{model.shown[0]}").figure.savefig("solution.svg")',
+            f'solution.plot("{view.show or model.shown[0]}").figure.savefig("solution.svg")',
         ]
     if isinstance(view, SweepRequest):
         return _sweep_steps(model, view)

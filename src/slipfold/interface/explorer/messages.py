@@ -247,6 +247,7 @@ class SimulationRequest(SolutionRequest):
     """A simulation, with notes of its progress."""
 
     kind: Literal["simulation"]
+    show: Name | None = None  # the output of which a figure is drawn
 
 
 class MotionRequest(SolutionRequest):

@@ -92,7 +92,7 @@ function build(models, study, { view: given, sentence }) {
     }, page),
     simulation: new ExportMenu("simulation", {
       isCommand: true,
-      request: () => (simulation.state.ends.length > 0 ? simulation.request : null),
+      request: () => (simulation.state.ends.length > 0 ? { ...simulation.request, show: session.view.show } : null),
       picture: (format) => drawn(simulation.title, simulations.figures, format),
     }, page),
   };
@@ -104,8 +104,8 @@ function build(models, study, { view: given, sentence }) {
     diagram: panel("diagram", "Response", [roving(element("div", { class: "tools", role: "toolbar", "aria-label": "Response" },
       pins.node, measured.node, new PlaneSwitch(session).node, menus.diagram.node))],
       new DiagramControls(session).node, diagram.node,
-      element("div", { class: "legends" }, pins.legend, measured.legend),
-      element("div", { class: "foot" }, new SpecialPoints(session).node, new Elsewhere(session).node), keyHelp()),
+      element("div", { class: "below" }, element("div", { class: "legends" }, pins.legend, measured.legend),
+        element("div", { class: "foot" }, new SpecialPoints(session).node, new Elsewhere(session).node)), keyHelp()),
     plane: panel("plane", "Plane", [plane.checked.node, planeControls.progress, plane.simulate, menus.plane.node], planeControls.node,
       element("div", { class: "plane-body" }, plane.node, element("div", { class: "plane-side" },
         plane.legend.node, planeControls.note, plane.pointed.node, regimes.node))),
