@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from slipfold.interface.paper.cases import read_cases
+from slipfold.interface.paper.drawing import draw
 from slipfold.plots.style import COLUMN, figure_style
 
 FOLDER = Path(__file__).parent
@@ -44,8 +45,8 @@ def plane() -> Figure:
 def main() -> None:
     """Compute and write all."""
     with figure_style():
-        for name, draw in (("sweep", sweeps), ("regimes", plane)):
-            draw().savefig(FOLDER / f"{name}.png", dpi=200)
+        for name, picture in (("sweep", sweeps), ("regimes", plane)):
+            picture().savefig(FOLDER / f"{name}.png", dpi=200)
         for figure in read_cases(long_term=True).figures:
             if figure.kind in ("completed", "hysteresis"):
                 found = {case: case.compute(tori=True) for case in figure.needs}
