@@ -1,15 +1,13 @@
 /** Views of the end of a simulation: over time, in phase space, as a section, as a spectrum. */
 
 import { Choice, element } from "./dom.js";
+import { areSame } from "./plot_tools.js";
 import { axisTitle, display, formatted, optionOf } from "./quantities.js";
 import { SmallPlot } from "./small_plot.js";
 import { SoundControl } from "./sound.js";
 
 /** Lines of a spectrum below the largest by so many decades are not drawn. */
 const DECADES = 6;
-
-/** A motion whose extent is so small a part of its value stands still: what remains is rounding. */
-const STILL = 1e-9;
 
 /** References of levels by unit (ISO 1683), with their names. */
 const REFERENCES = {
@@ -53,7 +51,7 @@ function drawTime(plot, { motion, across, up, isForced }) {
   const end = isForced ? motion.periods : motion.duration;
   plot.draw({
     x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, end] },
-    y: { label: drawn.length > 1 ? unitOf(across) : axisTitle(across) },
+    y: { label: axisTitle(...drawn) },
     lines: drawn.map((quantity, i) => {
       const y = valuesOf(motion.columns, quantity);
       return {
@@ -62,11 +60,6 @@ function drawTime(plot, { motion, across, up, isForced }) {
       };
     }),
   });
-}
-
-function unitOf(quantity) {
-  const { unit } = display(quantity);
-  return unit ? `(${unit})` : "";
 }
 
 function drawPortrait(plot, { motion, across, up, isForced }) {
@@ -83,22 +76,24 @@ function drawPortrait(plot, { motion, across, up, isForced }) {
 
 /** Whether values differ by no more than rounding does. */
 function isStill(values) {
-  const [low, high] = [Math.min(...values), Math.max(...values)];
-  return values.length > 0 && high - low <= STILL * Math.max(Math.abs(low), Math.abs(high));
+  return values.length > 0 && areSame(Math.min(...values), Math.max(...values));
 }
 
-function drawSection(plot, { motion: { section, frequency }, across, up }) {
+const STILL = "It stands still.";
+
+function drawSection(plot, { motion: { columns, section, frequency }, across, up }) {
   const [first, second] = [across, up].map((quantity) => valuesOf(section.columns, quantity));
   // At a passage of the first quantity it has one value: the second one is drawn over that before.
   const isPassing = section.level !== null;
   const [x, y] = isPassing ? [second.slice(0, -1), second.slice(1)] : [first, second];
-  const where = isPassing
+  const isAtRest = isStill(valuesOf(columns, across));
+  const where = isAtRest ? STILL : isPassing
     ? !x.length ? `${across.label ?? across.name} never passes its mean` : `when ${across.label ?? across.name} passes ${formatted(section.level * display(across).factor, 3)} upward`
     : "at phase zero of the forcing";
   plot.draw({
     x: { label: isPassing ? `${axisTitle(up)}, one passage before` : axisTitle(across) },
     y: { label: axisTitle(up) }, lines: [],
-    clouds: x.length && y.length ? [{ x, y, tint: frequency === null ? "section" : "stroboscopic" }] : [],
+    clouds: x.length && y.length && !isAtRest ? [{ x, y, tint: frequency === null ? "section" : "stroboscopic" }] : [],
     notes: [where],
   }, `Poincaré section ${where}, ${x.length} points`);
 }
@@ -107,7 +102,7 @@ function drawSpectrum(plot, { motion, across, scale }) {
   const { frequency, amplitude } = motion.spectrum;
   const values = valuesOf(amplitude, across);
   if (isStill(valuesOf(motion.columns, across))) {
-    plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: axisTitle(across), rows: [] }, lines: [], notes: ["It stands still."] }, "Spectrum: it stands still");
+    plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: axisTitle(across), rows: [] }, lines: [], notes: [STILL] }, `Spectrum: ${STILL}`);
     return;
   }
   const largest = Math.max(...values.slice(1), 1e-300);

@@ -61,16 +61,15 @@ function drawOverTime(plot, { answer, quantity, isForced }, names, values) {
   const duration = answer.t.at(-1) - answer.t[0];
   plot.length = isForced ? answer.period : duration;
   const time = answer.t.map((t) => ((t - answer.t[0]) / (duration || 1)) * plot.length);
-  const labels = names.map((name) => quantity(name)?.label ?? name);
-  const units = new Set(names.map((name) => display(quantity(name) ?? {}).unit));
-  const [unit] = units;
+  const drawn = names.map((name) => quantity(name) ?? { name });
+  const units = new Set(drawn.map((item) => display(item).unit));
   // Quantities with different units share an axis only as fractions of their largest values.
   const sizeOf = (name) => (units.size === 1 ? 1 : Math.max(...values[name].map(Math.abs)) || 1);
   plot.draw({
     x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, plot.length] },
-    y: { label: units.size > 1 ? "over largest" : `${labels.join(", ")}${unit && ` (${unit})`}` },
+    y: { label: units.size > 1 ? "over largest" : axisTitle(...drawn) },
     lines: names.map((name, i) => ({
-      x: time, y: values[name].map((value) => value / sizeOf(name)), tint: `tint-${i + 1}`, name: labels[i],
+      x: time, y: values[name].map((value) => value / sizeOf(name)), tint: `tint-${i + 1}`, name: drawn[i].label ?? name,
     })),
   });
 }

@@ -174,7 +174,7 @@ function beside({ x }, points, [low, high]) {
 
 export class PointCard {
   /** The element to put on the plot. */
-  node = element("div", { class: "point-card", role: "dialog", "aria-label": "Point of codimension two", hidden: true });
+  node = element("div", { class: "point-card", role: "dialog", tabindex: "-1", "aria-label": "Point of codimension two", hidden: true });
   #session;
 
   constructor(session) {
@@ -210,6 +210,7 @@ export class PointCard {
     const above = py - 12 - offsetHeight;
     const top = above < 0 ? inside(py + 12, [0, clientHeight - offsetHeight]) : above;
     this.node.style.transform = `translate(${inside(px - 40, [4, clientWidth - offsetWidth - 4])}px, ${top}px)`;
+    this.node.focus({ preventScroll: true });
   }
 
   /** Take it away. */

@@ -531,11 +531,11 @@ export class PlanePlot {
     this.#card.hide();
     if (!this.#map.isInside(...at(event))) return;
     const { point } = event.target === this.#point ? {} : this.#meetAt(at(event));
+    event.preventDefault(); // the focus is set below
     if (point) {
       this.#card.show(point, this.#shown.loci.flatMap(({ special }) => special), at(event));
       return;
     }
-    event.preventDefault();
     this.#point.focus({ preventScroll: true });
     this.node.setPointerCapture(event.pointerId);
     this.node.classList.add("dragging");

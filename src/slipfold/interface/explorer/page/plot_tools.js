@@ -43,6 +43,12 @@ const NOISE = 1e-9;
 /** Size below which a number is zero. */
 const NOTHING = 1e-13;
 
+/** Whether numbers from the least to the largest differ by no more than rounding does. */
+export function areSame(low, high) {
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  return largest < NOTHING || high - low <= NOISE * largest;
+}
+
 /**
  * Least and largest of some numbers with a margin on each side.
  * @param {number} [margin] as a share of the range
@@ -58,7 +64,7 @@ export function padded(values, margin = 0.06) {
   // What does not move but for rounding is shown as a straight line, not as noise.
   const largest = Math.max(Math.abs(low), Math.abs(high));
   if (largest < NOTHING) return [-1, 1];
-  const size = high - low > NOISE * largest ? high - low : largest;
+  const size = areSame(low, high) ? largest : high - low;
   return [low - margin * size, high + margin * size];
 }
 
@@ -98,6 +104,9 @@ const TITLE = 34;
 
 /** Characters for which there is always room, so that most axes begin at one place. */
 const USUAL = 5;
+
+/** Characters between the labels of an abscissa. */
+const BETWEEN = 3;
 
 /** Margins of a plot in pixels, with room for the numbers of its ordinate: they grow with the type in them. */
 function margins(y) {
@@ -189,12 +198,12 @@ export function layout(color, x, y, [width, height]) {
     showlegend: false,
     hovermode: false,
     dragmode: "zoom",
-    xaxis: axis(color, x),
+    xaxis: axis(color, x, Math.floor(width / (DIGIT * typeScale() * (longest(x.range) + BETWEEN)))),
     yaxis: axis(color, y),
   };
 }
 
-function axis(color, { title, range }) {
+function axis(color, { title, range }, room = Infinity) {
   return {
     title: { text: title, standoff: 8 },
     range: [...range],
@@ -208,7 +217,7 @@ function axis(color, { title, range }) {
     ticks: "inside",
     ticklen: 5,
     tickcolor: color("axis"),
-    nticks: mostTicks(),
+    nticks: Math.min(mostTicks(), room),
     automargin: false,
     exponentformat: "power",
     minexponent: LEAST_POWER,

@@ -96,10 +96,10 @@ export function asSentence(words) {
   return words && `${words[0].toUpperCase()}${words.slice(1)}${/[.…]$/.test(words) ? "" : "."}`;
 }
 
-/** The title of an axis. */
-export function axisTitle(quantity) {
-  const { unit } = display(quantity);
-  return `${quantity.label ?? quantity.name}${unit ? ` (${unit})` : ""}`;
+/** The title of an axis of one quantity, or of several in one unit. */
+export function axisTitle(...quantities) {
+  const { unit } = display(quantities[0]);
+  return `${quantities.map(({ label, name }) => label ?? name).join(", ")}${unit && ` (${unit})`}`;
 }
 
 /** A quantity as an option of a choice. */

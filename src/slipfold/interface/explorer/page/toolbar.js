@@ -255,8 +255,8 @@ export class Toolbar {
   /** Hide the controls and enlarge the rest, or take that back. */
   #toggle(isOn) {
     present(isOn);
-    if (isOn) this.#say("Press p or Esc to show the controls again.");
-    else this.#present.focus();
+    this.#say(isOn ? "Press p or Esc to show the controls again." : "");
+    if (!isOn) this.#present.focus();
   }
 
   #key(event) {
