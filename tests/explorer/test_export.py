@@ -47,7 +47,8 @@ SIMULATION = {
     "show": "y",
 }
 FREE_SIMULATION = {**SIMULATION, "model": "rayleigh", "parameters": {"e": 0.7}, "start": "rest"}
-FREE_SIMULATION |= {"text": FILES["rayleigh"].read_text(), "perturbation": {"x": 0.1}}
+FREE_SIMULATION |= {"text": FILES["rayleigh"].read_text(), "perturbation": {"x": 0.1}, "show": "x"}
+BELT = {"kind": "simulation", "id": 1, "model": "steady-sliding", "start": {"x": 0.1}}
 PLANE = {
     "kind": "plane",
     "id": 1,
@@ -204,7 +205,7 @@ def test_copies_of_every_model_give_its_numbers_to_all_digits(name, tmp_path, mo
     changed = model.replace(**{item.name: 0.97 * model.values[item.name] for item in small(model)})
     values = {item.name: changed.values[item.name] for item in model.variable_parameters}
     view = {**SIMULATION, "model": name, "text": text, "parameters": values, "periods": 2}
-    view |= {"start": "rest", "perturbation": {model.states[0].name: 1e-9}}
+    view |= {"start": "rest", "perturbation": {model.states[0].name: 1e-9}, "show": None}
     export = exporting(None)
     names = run_python(export(view, "python").decode(), tmp_path, monkeypatch)
     assert names["model"] == changed
@@ -224,8 +225,8 @@ def small(model):
 
 @pytest.mark.parametrize(
     "view",
-    [DIAGRAM, DUFFING, OWN, SIMULATION, FREE_SIMULATION],
-    ids=["sliding", "duffing", "own", "simulation", "autonomous"],
+    [DIAGRAM, DUFFING, OWN, SIMULATION, FREE_SIMULATION, BELT],
+    ids=["sliding", "duffing", "own", "simulation", "autonomous", "belt"],
 )
 def test_the_command_in_a_copied_case_file_gives_the_same_numbers(
     exported, view, tmp_path, monkeypatch
@@ -273,13 +274,20 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind, mo
     assert orbit.check().passed
 
 
-def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, capsys):
-    script = exported(SIMULATION, "python").decode()
-    assert 'solution.plot("y")' in script
+@pytest.mark.parametrize(
+    "view", [SIMULATION, FREE_SIMULATION, BELT], ids=lambda view: view["model"]
+)
+def test_copied_python_gives_the_motion_that_is_shown(
+    exported, view, tmp_path, monkeypatch, capsys
+):
+    script = exported(view, "python").decode()
+    assert view is not SIMULATION or 'solution.plot("y")' in script
     names = run_python(script, tmp_path, monkeypatch)
-    (tmp_path / "saved.nc").write_bytes(exported(SIMULATION, "nc"))
-    np.testing.assert_array_equal(names["solution"].states, sf.load(tmp_path / "saved.nc").states)
-    assert names["solution"].states[0].tolist() == [0.1, 0, 0, 0.5]
+    (tmp_path / "saved.nc").write_bytes(exported(view, "nc"))
+    states, shown = names["solution"].states, answers_to(view)[-2]
+    np.testing.assert_array_equal(states, sf.load(tmp_path / "saved.nc").states)
+    assert states[-1].tolist() == [*shown["last"].values()]
+    assert len(states) - 1 == shown["sections"]["count"] * shown["sections"]["periods"]
 
 
 @pytest.mark.parametrize(

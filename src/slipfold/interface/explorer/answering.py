@@ -56,10 +56,10 @@ from slipfold.interface.explorer.trajectories import (
     KeptTrajectories,
     jacobian_of,
     orbit_view,
+    run_of,
     send_exponents,
     send_simulation,
     start_of,
-    timed,
 )
 from slipfold.models.model import Model
 from slipfold.orbits.find import periodic_orbit
@@ -182,7 +182,7 @@ class Answering:
             result = self._plane(view, check)
         else:
             view = cast(SimulationRequest, view)
-            result = simulate(timed(model, view), view.periods, start_of(model, view))
+            result = simulate(*run_of(model, view), start_of(model, view))
         if request.format in FIGURES:
             pinned = {}
             if isinstance(view, DiagramRequest):

@@ -26,7 +26,7 @@ from slipfold.interface.explorer.messages import (
 )
 from slipfold.interface.explorer.sweeps import PARTS, swept_model, values_of_runs
 from slipfold.interface.explorer.texts import case_text, changed_values, is_built_in, whole_text
-from slipfold.interface.explorer.trajectories import start_of, timed
+from slipfold.interface.explorer.trajectories import run_of, start_of
 from slipfold.lines import parts_of
 from slipfold.models.definitions.system_file import write_tables
 from slipfold.models.equilibria import check_followed
@@ -185,10 +185,13 @@ def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[s
             'result.plot().figure.savefig("plane.svg")',
         ]
     if isinstance(view, SimulationRequest):
-        start = start_of(model, view)
-        unit = "" if model.forced else f", duration={timed(model, view).values['duration']!r}"
+        run, periods = run_of(model, view)
+        takes = "" if periods is None else f", periods={periods}"
+        takes += f", state={start_of(model, view)!r}"
+        if periods is not None and not model.forced:
+            takes += f", duration={run.values['duration']!r}"
         return [
-            f"solution = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
+            f"solution = sf.simulate(model{takes})",
             "print(solution.summary())",
             f'solution.plot("{view.show or model.shown[0]}").figure.savefig("solution.svg")',
         ]
@@ -357,8 +360,11 @@ def _command(model: Model, view: DrawnRequest) -> str:
     assert isinstance(view, SimulationRequest)  # orbits were refused
     start = start_of(model, view)
     states = "".join(f" --state {name}={value!r}" for name, value in start.items())
-    unit = "" if model.forced else f" --set duration={timed(model, view).values['duration']!r}"
-    return f"slipfold simulate case.toml --periods {view.periods}{states}{unit}"
+    run, periods = run_of(model, view)
+    takes = "" if periods is None else f" --periods {periods}"
+    if periods is not None and not model.forced:
+        states += f" --set duration={run.values['duration']!r}"
+    return f"slipfold simulate case.toml{takes}{states}"
 
 
 def _ends(name: str, span: tuple[float, float]) -> str:

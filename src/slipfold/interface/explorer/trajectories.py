@@ -59,6 +59,13 @@ def timed(model: Model, request: TrajectoryRequest) -> Model:
     return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
 
 
+def run_of(model: Model, request: SolutionRequest) -> tuple[Model, int | None]:
+    """Return a model and the periods that a solution takes; None until it is steady."""
+    if not model.forced and contacts_of(model) and request.interval is None:
+        return model, None
+    return timed(model, request), request.periods
+
+
 def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
     model, jacobian = orbit.model, jacobian_of(orbit)
@@ -142,11 +149,8 @@ class KeptTrajectories:
         start = initial_state(model, start_of(model, request))
         key = model, tuple(start.tolist()), request.periods, request.interval
         if key not in self._kept:
-            # It continues until it is steady, as in `slipfold.simulate`.
-            timeless = not model.forced and contacts_of(model) and request.interval is None
             self._kept[key] = integrate(
-                model if timeless else timed(model, request),
-                None if timeless else request.periods,
+                *run_of(model, request),
                 start,
                 tolerance=TOLERANCE,
                 observer=now_and_then(emit, check, note),
