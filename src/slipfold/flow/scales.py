@@ -31,7 +31,7 @@ class SCALES:
     fast: float = 64.0
     periods: int = 8  # of a trial trajectory: a resonance shows, an instability is still small
     samples: int = 16  # of it a period
-    trial: float = 1e-6  # its error a step by modes: scales are powers of two, which hardly change
+    trial: float = 1e-4  # its error a step by modes: scales are powers of two, which hardly change
     # Most steps of it by modes, a second or two: twice what the fastest that are followed take
     steps: int = 50_000
     rounding: float = 1e-9  # of the displacement at rest, or of the fastest rate
