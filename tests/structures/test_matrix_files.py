@@ -1,6 +1,7 @@
 """Matrices from files of every kind, and files that cannot be read."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,15 +116,20 @@ def test_what_finite_element_programs_write(tmp_path):
 
 
 def test_nastran_files(tmp_path, monkeypatch):
-    path = tmp_path / "all.op4"
     monkeypatch.setitem(sys.modules, "pyyeti.nastran", None)
-    path.write_text("")
-    with pytest.raises(InputError, match=r"install slipfold\[nastran\], or save the matrix as"):
-        Structure(path, None, path)
+    for path in (tmp_path / "all.op2", tmp_path / "all.op4"):
+        path.write_text("")
+        with pytest.raises(InputError, match=r"install slipfold\[nastran\], or save the matrix as"):
+            Structure(path, None, path)
     monkeypatch.undo()
     op4 = pytest.importorskip("pyyeti.nastran.op4")
     op4.write(str(path), {"MAA": np.eye(3), "KAA": sparse.csc_matrix(CHAIN)}, binary=False)
     assert Structure(path, None, path) == Structure(np.eye(3), None, CHAIN)
+    # A file of Nastran itself: the stiffness KHH in modes of unit mass, which assemble.out lists.
+    given = Path(op4.__file__).parents[1] / "tests" / "nas2cam_extseout" / "assemble.op2"
+    model = Structure(np.eye(54), None, given)
+    listed = [1.698800, 1.767487, 1.857720, 3.419612, 7.024210]
+    np.testing.assert_allclose(model.natural_frequencies[6:11], listed, rtol=1e-6)
 
 
 def test_names_in_a_table(tmp_path):

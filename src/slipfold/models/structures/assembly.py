@@ -148,12 +148,11 @@ class Assembly:
         """Return what couples modes at parameter values, or what is constant of it."""
         item = self.definition
         rates = [one for one in (item.C, item.G) if isinstance(one, Matrix)]
-        held = [item.H] if item.H else []
-        found: list[list[Any]] = []
+        held, found = [item.H] if item.H else [], []
         for whole, added in ((rates, ()), (held, (item.K,)), ((), (item.M,))):
             parts = [one.array() for one in whole if len(one.entries)]
+            terms = [pair for one in (*whole, *added) for pair in one.terms]
             if values is not None:
-                terms = [pair for one in (*whole, *added) for pair in one.terms]
                 parts += [factor_value(text, values) * one.array() for text, one in terms]
             found.append(parts)
         if not any(found):

@@ -137,16 +137,17 @@ _CARDS = tuple(range(0, 70, 14))
 """Columns at which the numbers of a header of Harwell-Boeing begin."""
 
 
-def _read_output4(path: Path) -> Any:
-    """Read the matrices of a Nastran OUTPUT4 file."""
+def _read_nastran(path: Path) -> Any:
+    """Read the matrices of a Nastran OUTPUT2 or OUTPUT4 file."""
     try:
-        from pyyeti.nastran import op4
+        from pyyeti.nastran import op2, op4
     except ImportError:
         raise InputError(
             f"{path} is read by the package pyyeti, which is not installed; install "
             "slipfold[nastran], or save the matrix as a Matrix Market file"
         ) from None
-    return op4.read(str(path), sparse=None)
+    two = path.suffix.lower() == ".op2"
+    return op2.rdmats(str(path)) if two else op4.read(str(path), sparse=None)
 
 
 READERS: dict[str, Callable[[Path], Any]] = {
@@ -159,13 +160,14 @@ READERS: dict[str, Callable[[Path], Any]] = {
     ".rb": _read_boeing,
     ".rsa": _read_boeing,
     ".rua": _read_boeing,
-    ".op4": _read_output4,
+    ".op2": _read_nastran,
+    ".op4": _read_nastran,
 }
 
 _OTHER_NAMES = {
-    "M": ("mass", "maa", "mgg"),
-    "C": ("damping", "baa", "bgg"),
-    "K": ("stiffness", "kaa", "kgg"),
+    "M": ("mass", "maa", "mgg", "mhh"),
+    "C": ("damping", "baa", "bgg", "bhh"),
+    "K": ("stiffness", "kaa", "kgg", "khh"),
     "G": ("gyroscopic",),
     "H": ("circulatory",),
 }

@@ -57,8 +57,8 @@ class Structure(MechanicalModel):
     ----------
     M, K
         Mass and stiffness matrix in kg and N/m: array of shape (n, n), SciPy sparse array, or path
-        of a ``.npz``, ``.npy``, ``.mat``, Matrix Market, Harwell-Boeing or Nastran ``.op4`` file.
-        Displacements whose row of M is empty are condensed statically.
+        of a ``.npz``, ``.npy``, ``.mat``, Matrix Market, Harwell-Boeing or Nastran (``.op2``,
+        ``.op4``) file. Displacements whose row of M is empty are condensed statically.
     C
         Damping matrix in N s/m; or `ProportionalDamping` or `ModalDamping`; None for none.
     G, H
