@@ -110,9 +110,23 @@ def excited(surface, static, kinetic, speed):
     return belt(law, surface, 0.05), Masses([[1.0]], [0.05], [0.0], 1.0, own)
 
 
+def row(force):
+    """Twelve masses in a row on surfaces at rest: their events are found in closed form."""
+    (law, mu), n = coulomb(0.3, 0.3), 12
+    stiffness = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    model = sf.Structure(
+        np.eye(n), 0.1 * np.eye(n), stiffness, f=0.06, forcing=sf.HarmonicForce("q4", F=force),
+        contacts=[sf.FrictionContact(f"q{i + 1}", law, load=1.0, Vd=0.0) for i in range(n)],
+    )  # fmt: skip
+    own, shaken = [(0.0, lambda t: 1.0, mu, 0.3)] * n, force * np.eye(n)[3]
+    return model, Masses(stiffness, 0.1 * np.ones(n), shaken, 0.12 * math.pi, own)
+
+
 @pytest.mark.parametrize(
     ("model", "other"),
     [
+        row(3.0),
+        row(6.0),
         pair(0.1, 0.4),
         pair(0.118, 0.4),
         pair(0.1, 0.5),

@@ -88,8 +88,8 @@ def _enclosed(weights: Array, left: Array, right: Array, bend: Array) -> tuple[A
     Each function lies between the least and the greatest of its coefficients. Shapes: left, right
     (c, ...), derivatives times powers of the distance; bend bounds the one of order 2 c.
     """
-    count = len(left)
-    low = np.tensordot(weights, np.concatenate([left, right]), 1)
+    count, known = len(left), np.concatenate([left, right])
+    low = (weights @ known.reshape(2 * count, -1)).reshape(-1, *left.shape[1:])
     high, off = low.copy(), bend * (math.factorial(count) / math.factorial(2 * count)) ** 2
     low[count] -= off
     high[count] += off
@@ -269,15 +269,15 @@ class EventFunctions:
         return EventFunctions(self.solutions, self.seen[left], own)
 
     @cached_property
-    def parts(self) -> tuple[Complex, tuple[tuple[Harmonics, Complex], ...]]:
-        """Derivatives by free motions, shape (n, c, q), and what the phase gives, (H, c, q)."""
-        solutions, seen = self.solutions, self.seen.T
-        forced = Harmonics(solutions.forcing.exponents, solutions.answers @ seen)
-        rising = solutions.values[:, None, None] ** ORDERS[:, None]
-        return rising * seen[:, None], tuple(
-            (part, part.exponents[:, None, None] ** ORDERS[:, None] * part.values[:, None])
-            for part in (forced, self.own)
+    def parts(self) -> tuple[Complex, Harmonics, Complex]:
+        """Derivatives by free motions, (n, c, q), what the phase gives, and its own, (H, c, q)."""
+        solutions, seen, own = self.solutions, self.seen.T, self.own
+        exponents = np.concatenate([solutions.forcing.exponents, own.exponents])
+        phased = Harmonics(exponents, np.concatenate([solutions.answers @ seen, own.values]))
+        free, turned = (
+            part[:, None, None] ** ORDERS[:, None] for part in (solutions.values, exponents)
         )
+        return free * seen[:, None], phased, turned * phased.values[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,16 +344,14 @@ class _Watched:
 
         Vibrations that are not visible contribute to the values alone.
         """
-        solutions, (by_free, parts) = self.solutions, self.functions.parts
+        solutions, (by_free, phased, rising) = self.solutions, self.functions.parts
         shape = len(phases), *by_free.shape[1:]
         result = np.empty(shape)
         result[:, 0] = (free @ by_free[:, 0]).real + CONTACT.event_distance
         others = by_free[:, 1:].reshape(len(by_free), -1)
         result[:, 1:] = ((free * visible) @ others).real.reshape(shape[0], -1, shape[2])
-        for part, rising in parts:
-            known = np.exp(phases[:, None] * part.exponents)
-            whole = rising.reshape(len(rising), math.prod(shape[1:]))
-            result += (known @ whole).real.reshape(shape)
+        known = np.exp(phases[:, None] * phased.exponents)
+        result += (known @ rising.reshape(len(rising), math.prod(shape[1:]))).real.reshape(shape)
         for h, j in solutions.resonant:
             value, exponent = solutions.values[j], solutions.forcing.exponents[h]
             push = solutions.forcing.values[h, j] * np.exp(phases * exponent)
@@ -431,9 +429,8 @@ class _Watched:
             bends[j] += order * push * step * fastest ** (order - 1)
         bends += sizes * np.exp(np.maximum(values.real, 0.0) * span) * turns**order
         result: Array = np.abs(self.functions.seen) @ bends
-        for part in (self.functions.parts[1][0][0], self.functions.own):
-            result += (np.abs(part.exponents) * step) ** order @ np.abs(part.values)
-        return result
+        phased = self.functions.parts[1]
+        return result + (np.abs(phased.exponents) * step) ** order @ np.abs(phased.values)
 
     def _first_zero(self, first: float, last: float, visible: Mask) -> float | None:
         """Return where the only function first falls to zero between two phases, None if nowhere.
