@@ -62,8 +62,9 @@ class Jenkins(MemoryLaw):
     :math:`1/n^2` over a cycle: at an amplitude of four times that of first slip and a small e the
     error of the energy of a cycle is 0.34% for n = 8 and 0.094% for n = 16. In steady slip it is
     :math:`(\varepsilon/v)^2/(4 n)`. A stiff contact and a large exponent take more time: the
-    fastest rate is :math:`n k_t v/(N \mu_k)`. A hundredth of the largest slip speed is a good value
-    of `e`; smaller ones make a sharp corner where the slip reverses, and there a branch may fail.
+    fastest rate is :math:`n k_t v/(N \mu_k)`, and N is of the order of `en` squared where a
+    `ComplianceLoad` opens. A hundredth of the largest slip speed is a good value of `e`; smaller
+    ones make a sharp corner where the slip reverses, and there a branch may fail.
 
     References
     ----------
