@@ -182,6 +182,19 @@ def test_arithmetic_in_files_and_options(tmp_path):
 # -- structures --------------------------------------------------------------------------------
 
 
+def test_a_reduction_says_how_wrong_it_is_at_the_values_that_are_set(frame):
+    small = (
+        'G = { w = [[0, 1], [-1, 0]] }\n[reduction]\ntype = "ModalReduction"\nmodes = 1\n[damping]'
+    )
+    frame.write_text(FRAME.replace("[damping]", small))
+    for speed in "0", "9":
+        said = run("simulate", str(frame), "--periods", "1", "--set", f"w={speed}").stderr
+        report = find_model(str(frame), {"w": speed}).reduction_report
+        assert "2 degrees of freedom reduced to 1, band up to 0.983632 Hz" in said
+        assert f"receptances by {report.receptance_error:.2g}\n" in said
+    assert report.receptance_error > 1
+
+
 def test_response_of_a_structure_and_its_saved_result(frame, tmp_path):
     out = tmp_path / "out.nc"
     arguments = ["--vary", "f=0.8:1.3", "--set", "F=0.6", "--out", str(out), "--json", "-"]

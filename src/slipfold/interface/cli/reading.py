@@ -42,7 +42,10 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
         law = Source({}, "--friction").read(read_law, value, ("--friction",))
     if given.endswith(".toml"):
         model = model_of_file(given, changes, law)
-        for note in model.notes:
+        notes = [*model.notes]
+        if report := getattr(model, "reduction_report", None):
+            notes.append(", ".join(str(report).splitlines()[:2]))
+        for note in notes:
             print(f"slipfold: {given}: {note}", file=sys.stderr)
         return model
     return model_named(given, **with_law(given, law), **changes)
