@@ -155,21 +155,16 @@ def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True)
 
 
 @cache
-def chunks(count: int) -> tuple[slice, ...]:
-    """Return which trajectories go into each batch."""
-    return tuple(slice(first, min(first + LANES, count)) for first in range(0, count, LANES))
-
-
-def padded(items: Array) -> Array:
-    """Fill the remaining lanes with copies of the last item."""
-    if len(items) == LANES:
-        return items
-    return np.concatenate([items, items[-1:].repeat(LANES - len(items), axis=0)])
+def chunks(count: int) -> tuple[Any, ...]:
+    """Return which trajectories go into the lanes of each batch; copies of the last one fill it."""
+    lanes = np.minimum(np.arange(count + -count % LANES).reshape(-1, LANES), count - 1)
+    whole = (slice(first, first + LANES) for first in range(0, count - LANES + 1, LANES))
+    return (*whole, *lanes[count // LANES :])
 
 
 def set_out(batch: Any, start: Array) -> None:
     """Set the initial phases."""
-    batch.set_time(padded(start))
+    batch.set_time(start)
     forget(batch)
 
 
@@ -180,17 +175,13 @@ def forget(integrator: Any) -> None:
 
 
 def propagated(batch: Any, end: Array) -> Array:
-    """Integrate a batch; return one row per trajectory, NaN if it did not arrive.
-
-    Shapes: end (m,); returns (m, N).
-    """
-    arrived, count = arrive(batch, padded(end)), len(end)
-    rows = batch.state.T[:count].copy()
+    """Integrate a batch; return one row per lane, NaN if it did not arrive."""
+    arrived, rows = arrive(batch, end), batch.state.T.copy()
     if arrived is not ALL_ARRIVED:
-        rows[~arrived[:count]] = np.nan
+        rows[~arrived] = np.nan
     return np.asarray(rows)
 
 
-def joined(batches: Sequence[Array]) -> Array:
-    """Return the rows of all batches."""
-    return batches[0] if len(batches) == 1 else np.concatenate(batches)
+def joined(batches: Sequence[Array], count: int) -> Array:
+    """Return the rows of all batches but those that fill lanes."""
+    return (batches[0] if len(batches) == 1 else np.concatenate(batches))[:count]

@@ -20,7 +20,6 @@ from slipfold.flow.batches import (
     chunks,
     forget,
     joined,
-    padded,
     pass_through,
     propagated,
     sampled,
@@ -261,7 +260,7 @@ class Flow(Evaluated):
             propagated(self._prepare(code, scaled, start, constants, rows), end[rows])
             for rows in chunks(len(states))
         ]
-        return joined(batches) * constants.scales
+        return joined(batches, len(states)) * constants.scales
 
     def sample(
         self, states: Array, start: Array, end: Array, count: int, constants: Constants
@@ -288,8 +287,7 @@ class Flow(Evaluated):
         code, scaled, start = self._code.plain, states / constants.scales, phases[:, 0]
         for rows in chunks(len(states)):
             batch = self._prepare(code, scaled, start, constants, rows)
-            grid = sampled(batch, padded(phases[rows]).T.copy())
-            result[rows] = grid.transpose(2, 0, 1)[: rows.stop - rows.start]
+            result[rows] = sampled(batch, phases[rows].T.copy()).transpose(2, 0, 1)
         return result * constants.scales[..., None, :]
 
     def linearize(
@@ -355,14 +353,13 @@ class Flow(Evaluated):
         finished = []
         for rows in chunks(len(state)):
             set_out(code, start[rows])
-            code.state[:] = padded(state[rows]).T
-            code.pars[:] = padded(pars[rows]).T
+            code.state[:] = state[rows].T
+            code.pars[:] = pars[rows].T
             if end.ndim == 1:
                 finished.append(propagated(code, end[rows]))
             else:
-                through = sampled(code, padded(end[rows]).T.copy())
-                finished.append(through.transpose(2, 0, 1)[: len(end[rows])])
-        return joined(finished) if finished else state
+                finished.append(sampled(code, end[rows].T.copy()).transpose(2, 0, 1))
+        return joined(finished, len(state)) if finished else state
 
     def curve(
         self,
@@ -451,21 +448,21 @@ class Flow(Evaluated):
             nodes = np.broadcast_to(beyond / constants.scales[..., None, :], shape).swapaxes(0, 1)
         for rows in chunks(total):
             batch = self._prepare(self._code.jet(powers, order), starts, first, constants, rows)
-            batch.pars[-powers * n - 1 : -1] = padded(scaled[rows].reshape(-1, powers * n)).T
+            batch.pars[-powers * n - 1 : -1] = scaled[rows].reshape(-1, powers * n).T
             batch.pars[-1] = 0.0
             batch.state[n:] = 0.0
             for number, state in enumerate(nodes, 1):
                 fraction = number / (len(nodes) + 1)
-                if not arrive(batch, padded((first + fraction * (last - first))[rows])).all():
+                if not arrive(batch, (first + fraction * (last - first))[rows]).all():
                     batch.state[:] = np.nan
-                batch.state[:n] = padded(state[rows]).T
+                batch.state[:n] = state[rows].T
             ends = propagated(batch, last[rows])
             if in_time > 1:  # for the Taylor coefficients in time
                 batch.step(np.full(LANES, 1e-300), write_tc=True)
             for k in range(in_time):
                 slopes = ends
                 if k:
-                    taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
+                    taylor = batch.tc[:, k].T * math.factorial(k)
                     slopes = np.where(np.isfinite(ends), taylor, np.nan)
                 result[rows, :, k] = slopes.reshape(-1, orders, n)
         result *= lengths[:, None, None, None] ** np.arange(orders)[:, None, None]
@@ -528,13 +525,13 @@ class Flow(Evaluated):
         return single
 
     def _prepare(
-        self, batch: Any, states: Array, start: Array, constants: Constants, rows: slice
+        self, batch: Any, states: Array, start: Array, constants: Constants, rows: Any
     ) -> Any:
         """Give an integrator the beginnings of some trajectories, in scaled states."""
         set_out(batch, start[rows])
-        batch.state[: self.dimension] = padded(states[rows]).T
+        batch.state[: self.dimension] = states[rows].T
         known = constants.known
-        batch.pars[: known.shape[-1]] = known[:, None] if known.ndim == 1 else padded(known[rows]).T
+        batch.pars[: known.shape[-1]] = known[:, None] if known.ndim == 1 else known[rows].T
         return batch
 
 
