@@ -207,7 +207,7 @@ def _extrema_of_orbits(
     beside = values[orbit[:, None], (at[:, None] + _PLACES) % total, column[:, None]]
     beside *= signs[:, None]
     found, rough = _least_between(beside), ~_is_smooth(beside)
-    orbits, places = _jumps(values, np.ptp(values, axis=1))
+    orbits, places = _jumps(values, spread := np.ptp(values, axis=1))
     rough |= (jumping := np.isin(orbit, orbits))
     column, orbit, at, signs = column[rough], orbit[rough], at[rough], signs[rough]
     earlier = orbit * total + (at - 1) % total
@@ -216,7 +216,7 @@ def _extrema_of_orbits(
         first, lowest = orbits * total + places, signs * values[orbit, at, column]
         _look_closer(
             *(flow, constants, orbits, (samples[first], phases[first]), spacing, columns),
-            *(np.ptp(values, axis=1), (orbit, column, signs), (lowest, states, start, width)),
+            *(spread, (orbit, column, signs), (lowest, states, start, width)),
         )
     if rough.any():
         own = constants.rows(orbit)
@@ -289,12 +289,15 @@ def _look_closer(
         times = begins[1][:, None] + np.arange(count) * width
         flat = flow.outputs(closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(count))
         outputs = flat.reshape(*times.shape, -1)[:, :, columns]
-        for row in np.isin(sought[0], orbits).nonzero()[0]:
+        inner = outputs[:, 1:-1]  # the ends are known: lower is rounding
+        least = np.full((2, *spread.shape), np.inf)
+        with np.errstate(invalid="ignore"):  # what is no number is not lower
+            np.minimum.at(least[0], orbits, inner.min(axis=1))
+            np.minimum.at(least[1], orbits, -inner.max(axis=1))
+        for row in (least[(sought[2] < 0).astype(int), *sought[:2]] < lowest).nonzero()[0]:
             orbit, column, sign = (each[row] for each in sought)
             pieces = (orbits == orbit).nonzero()[0]
-            of_row = sign * outputs[pieces, 1:-1, column]  # the ends are known: lower is rounding
-            if not of_row.min() < lowest[row]:
-                continue
+            of_row = sign * inner[pieces, :, column]
             piece, place = divmod(int(of_row.argmin()), count - 2)
             sample = pieces[piece], place
             lowest[row], widths[row] = of_row[piece, place], width
