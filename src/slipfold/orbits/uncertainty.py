@@ -112,7 +112,7 @@ def answers_of(requests: Mapping[int, Request]) -> dict[int, Any]:
     """
     answers, alike = dict[int, Any](), defaultdict[tuple[Hashable, bool], list[int]](list)
     for number, (point, beside) in requests.items():
-        alike[_kind(point), beside is None].append(number)
+        alike[what_is_common(point), beside is None].append(number)
     for (kind, again), numbers in alike.items():
         points = [requests[number][0] for number in numbers]
         with suppress(*BREAKDOWNS):  # one may break down: each is asked for by itself then
@@ -125,7 +125,7 @@ def answers_of(requests: Mapping[int, Request]) -> dict[int, Any]:
     return answers | {i: _answer(*requests[i]) for i in requests.keys() - answers.keys()}
 
 
-def _kind(point: OrbitPoint) -> Hashable:
+def what_is_common(point: OrbitPoint) -> Hashable:
     """Return what orbits have in common that one batch computes, None of those it does not."""
     curve, part = point.curve, point.linearization
     by_shooting = isinstance(curve, ForcedOrbits) and type(curve.by) is Shooting

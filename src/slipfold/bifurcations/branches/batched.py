@@ -83,8 +83,9 @@ class BatchedCase:
             curves.append(FollowedCurve(number, start, traced, None))
             if item.origin is not None:
                 leads.setdefault(item.origin, []).append(number)
-        known = self.described.__getitem__
-        return assemble(curves, leads, span_begin(vary, first), described_by=known)
+        known = self.described
+        begin, own = span_begin(vary, first), lambda results: [known[item] for item in results]
+        return assemble(curves, leads, begin, described_by=own)
 
 
 def follow_batch(

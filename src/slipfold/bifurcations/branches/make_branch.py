@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import groupby, islice
 from typing import Any, TypeVar
 
 import numpy as np
@@ -47,6 +48,7 @@ from slipfold.orbits.uncertainty import (
     answers_of,
     multiplier_change,
     recomputed,
+    what_is_common,
 )
 from slipfold.text import certain
 
@@ -55,19 +57,19 @@ AT_ONCE = 1e-9
 interval between them shorter than 1e-11 of a period is not distinguished from none."""
 
 
-def describe(found: Found) -> SpecialPoint:
-    """Return what was located with its normal form and its uncertainties."""
-    orbits = found.point.curve
-    if isinstance(found, Happened):
-        return _describe_event(orbits, found)
-    return describe_bifurcation(orbits, found)
+def describe(results: Sequence[Found]) -> list[SpecialPoint]:
+    """Return points that are alike, or one, with normal forms and uncertainties."""
+    first = results[0]
+    if isinstance(first, Happened):
+        return [_describe_event(first)]
+    together = first.type not in CONTACT_TYPES
+    return describe_together(results) if together else [_describe_boundary(first)]
 
 
-def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
-    """Return a located bifurcation with its normal form and its uncertainties."""
-    if found.type in CONTACT_TYPES:
-        return _describe_boundary(orbits, found)
-    return describe_together([found])[0]
+def _alike(found: Found) -> Hashable:
+    """Return what points have in common that are described at once, None of those that are not."""
+    alone = isinstance(found, Happened) or found.type in CONTACT_TYPES
+    return None if alone else what_is_common(found.point)
 
 
 def describe_together(results: Sequence[Found]) -> list[SpecialPoint]:
@@ -98,9 +100,9 @@ def with_normal_forms(results: Sequence[Found], each: Sequence[SpecialPoint]) ->
     ]
 
 
-def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
+def _describe_boundary(found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
-    point = found.nearest
+    point, orbits = found.nearest, found.point.curve
     met = isinstance(orbits.by, MarginalShooting)
     again, rounding = _met_again(orbits, point) if met else recomputed(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
@@ -163,9 +165,9 @@ def _form_of(found: Found) -> str | None:
     return "pitchfork" if slope < BIFURCATION.turning else "transcritical"
 
 
-def _describe_event(orbits: Orbits, found: Happened) -> SpecialPoint:
+def _describe_event(found: Happened) -> SpecialPoint:
     """Return a located user's event."""
-    point = found.point
+    point, orbits = found.point, found.point.curve
     again, rounding = recomputed(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
@@ -350,7 +352,7 @@ def assemble(
     started: End,
     report: Report = lambda followed, found, done: None,
     report_orbits: ReportOrbits = _unwatched,
-    described_by: Callable[[Found], SpecialPoint] = describe,
+    described_by: Callable[[Sequence[Found]], list[SpecialPoint]] = describe,
 ) -> tuple[Branch, ...]:
     """Return all branches as data, as far as their states are found before an interruption.
 
@@ -396,15 +398,16 @@ def _without_lost(branch: Branch, kept: int) -> Branch:
 def describe_in_turn(
     curves: Iterable[FollowedCurve[OrbitPoint]],
     report: Report,
-    described_by: Callable[[Found], SpecialPoint] = describe,
+    described_by: Callable[[Sequence[Found]], list[SpecialPoint]] = describe,
 ) -> dict[Found, SpecialPoint]:
-    """Describe special points in their order, until it is interrupted."""
+    """Describe special points in their order, those alike at once, until it is interrupted."""
     known: dict[Found, SpecialPoint] = {}
     with suppress(KeyboardInterrupt):
         for followed in curves:
-            for result in followed.traced.found:
-                report(followed, result, len(known))
-                known[result] = described_by(result)
+            for kind, group in groupby(followed.traced.found, _alike):
+                while results := [*islice(group, 1 if kind is None else LANES)]:
+                    report(followed, results[0], len(known))
+                    known |= zip(results, described_by(results), strict=True)
     return known
 
 
