@@ -308,7 +308,7 @@ class Front:
             limiting[jumping] = ratio_by_tests(others) < allowed[jumping]
             drifted[jumping] = np.where(limiting[jumping], drifted[jumping], others)
         # On another curve the tangent turns by the angle between both, which no prediction knows.
-        strays = bends & self._strays(values[:, -1], expected, actual)
+        strays = bends & self._strays(values[:, -1], expected, actual) if bends.any() else bends
         # Better predictions, and whether they matter, take longer to compute.
         for i in (limiting | strays).nonzero()[0].tolist():
             row = int(rows[i])
@@ -472,11 +472,9 @@ class CurveSteps(FrontEquations, Generic[P]):
                 self._corrected = replace(solution, arclength=arclength)
         except BREAKDOWNS as error:
             moved, self._reason = np.inf, breakdown(error)
-        point, nothing = self._corrected, np.full(len(guess), np.nan)
-        parts = nothing, nothing, np.full(len(self.recent[-1].tests), np.nan)
-        if point is not None:
-            parts = point.z, point.tangent, point.values
-        z, tangents, tests = (part[None] for part in parts)
+        point, last = self._corrected, self.recent[-1]
+        parts = (getattr(point or last, name)[None] for name in ("z", "tangent", "values"))
+        z, tangents, tests = parts if point else (part * np.nan for part in parts)
         found = np.array([point is not None])
         return _Solution(z, tangents, tests, found, np.array([moved]), point)
 

@@ -22,9 +22,8 @@ def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128
     values = np.linalg.eigvals(monodromy).astype(complex)
     # Moduli of a pair differ by rounding: compared to twelve digits, pairs stay together.
     modulus = np.abs(values)
-    largest = modulus.max(axis=-1, keepdims=True, initial=0.0)
-    modulus = (modulus / (largest + (largest == 0))).round(12)
-    order = np.lexsort((-values.imag, -values.real, -modulus), axis=-1)
+    modulus = (modulus / modulus.max(axis=-1, keepdims=True, initial=1e-300)).round(12)
+    order = np.lexsort((values.imag, values.real, modulus), axis=-1)[..., ::-1]
     # One set of multipliers is indexed in a tenth of the time.
     return values[order] if values.ndim == 1 else np.take_along_axis(values, order, axis=-1)
 
@@ -86,15 +85,14 @@ def evaluate_each(
     """
     none = np.zeros((*multipliers.shape[:-1], 1))  # changes nothing, but no group is empty
     parts, begins, size = [], [], 0
-    with np.errstate(over="ignore", invalid="ignore"):  # of products beside a loop
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # of products beside a loop
         for name in names:
             begins.append(size)
             parts += [none, PRODUCTS[name](multipliers)]
             size += 1 + parts[-1].shape[-1]
-    products = np.concatenate(parts, axis=-1)
-    factors = 1 - products
-    sizes = np.abs(factors)
-    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        products = np.concatenate(parts, axis=-1)
+        factors = 1 - products
+        sizes = np.abs(factors)
         ratios = np.multiply.reduceat(sizes / np.abs(1 - SHRUNK * products), begins, axis=-1)
         turns = np.multiply.reduceat(factors / sizes, begins, axis=-1)
     vanish = np.minimum.reduceat(sizes, begins, axis=-1) == 0
