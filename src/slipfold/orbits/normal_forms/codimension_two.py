@@ -20,6 +20,7 @@ from slipfold.orbits.normal_forms.maps import FORMS, FieldMap
 from slipfold.orbits.normal_forms.normal_form import (
     MapDerivatives,
     critical_vectors,
+    hopf_vectors,
     pair_cubic,
     second_lyapunov_coefficient,
     third_form,
@@ -41,8 +42,7 @@ def codimension_two_coefficients(
 
     Shapes: monodromy (n, n).
     """
-    form = _FORMS.get(kind)
-    return {} if form is None else form(map_, monodromy)
+    return _FORMS[kind](map_, monodromy) if kind in _FORMS else {}
 
 
 # -- one critical multiplier -----------------------------------------------------------------------
@@ -199,8 +199,7 @@ def _bordered_solve(singular: Vector, left: Vector, right: Vector, side: Vector)
 
 def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
     r"""Return the coefficients that decide what happens near a point of codimension two."""
-    form = _EQUILIBRIUM_FORMS.get(kind)
-    return {} if form is None else form(field)
+    return _EQUILIBRIUM_FORMS[kind](field) if kind in _EQUILIBRIUM_FORMS else {}
 
 
 def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
@@ -217,9 +216,7 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
     """Return the quadratic coefficients; where a symmetry leaves none, the cubic ones."""
     matrix = field.jacobian
     q0, p0 = eigenvectors(matrix, 0.0)
-    q1, p1, value = critical_vectors(
-        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
-    )
+    q1, p1, value = hopf_vectors(matrix)
     b00, b11, b01 = field.second([(q0, q0), (q1, q1.conj()), (q0, q1)])
     quadratic = {
         "a": float(np.vdot(p0, b00).real / 2),

@@ -94,10 +94,7 @@ class FieldMap(_Scaled):
         return np.asarray(found / self._scales / self._time)
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
-        """Return B(v, v) and C(v, v, v) for real directions.
-
-        Shapes: directions (r, n); returns second, third (r, n).
-        """
+        """Return B(v, v) and C(v, v, v) for real directions, each of shape (r, n)."""
         units = self._scales * self._time
         states, phases = np.tile(self._state, (len(directions), 1)), np.zeros(len(directions))
         along = directions * self._scales
@@ -142,10 +139,7 @@ class SegmentMap(_Scaled):
         self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
-        """Return B(v, v) and C(v, v, v) for real directions.
-
-        Shapes: directions (r, n); returns second, third (r, n).
-        """
+        """Return B(v, v) and C(v, v, v) for real directions, each of shape (r, n)."""
         along = directions / self.rescaling
         forward, bent = self._curvatures(along)
         cubes = self._by.cubes(self._nodes, self._constants, forward)
@@ -229,10 +223,7 @@ class JetMap(_Scaled):
         self._end = orbits.phase + orbits.period
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
-        """Return B(v, v) and C(v, v, v) for real directions.
-
-        Shapes: directions (m, n); returns second, third (m, n).
-        """
+        """Return B(v, v) and C(v, v, v) for real directions, each of shape (r, n)."""
         return JetMap.powers_of([self], [directions])[0]
 
     @staticmethod
@@ -344,6 +335,18 @@ def polarization(
     return np.reshape(sums, (len(sums), len(pairs[0][0]))), combined
 
 
+def pair_terms(second: Array, third: Array) -> tuple[Array, Vector, Vector]:
+    """Return B(q, conj q), B(q, q) and C(q, q, conj q) of q = a + ib.
+
+    They are made of the powers along a, b, a + b and a - b. Shapes: (4, ...).
+    """
+    aa, bb, ab = second[0], second[1], (second[2] - second[3]) / 4
+    aaa, bbb = third[0], third[1]
+    aab = (third[2] - third[3]) / 6 - bbb / 3
+    abb = (third[2] + third[3]) / 6 - aaa / 3
+    return aa + bb, aa - bb + 2j * ab, aaa + abb + 1j * (aab + bbb)
+
+
 class ReturnMap(_Scaled):
     r"""Where motions near a cycle cross a section the next time, in scaled states.
 
@@ -368,10 +371,7 @@ class ReturnMap(_Scaled):
         return np.asarray(self._basis.T @ super().rescaled(monodromy) @ self._basis)
 
     def mapped(self, vector: Array) -> Array:
-        """Return a displacement of the flow's end as one of the map, shape (n - 1,).
-
-        Shapes: vector (n,).
-        """
+        """Return a displacement of the flow's end as one of the map, (n,) to (n - 1,)."""
         return np.asarray(self._basis.T @ (vector * self.rescaling))
 
     def powers(self, directions: Array) -> tuple[Array, Array]:
@@ -544,16 +544,12 @@ class ReturnChain(ReturnMap):
 
     def _torus(self, q: Vector, w: Vector, factor: complex) -> float:
         a, b = q.real, q.imag
-        squares, cubes = self._each(np.stack([a, b, a + b, a - b], axis=1))
-        aa, bb = squares[:, 0], squares[:, 1]
-        ab = (squares[:, 2] - squares[:, 3]) / 4
-        aaa, bbb = cubes[:, 0], cubes[:, 1]
-        aab = (cubes[:, 2] - cubes[:, 3]) / 6 - bbb / 3
-        abb = (cubes[:, 2] + cubes[:, 3]) / 6 - aaa / 3
-        still = self._solved(1.0, aa + bb).astype(complex)
-        double = self._solved(factor**2, aa - bb + 2j * ab)
+        found = self._each(np.stack([a, b, a + b, a - b], axis=1))
+        even, odd, cubic = pair_terms(*(part.swapaxes(0, 1) for part in found))
+        still = self._solved(1.0, even).astype(complex)
+        double = self._solved(factor**2, odd)
         mixed = self._mixed([(q, 2 * still), (q.conj(), double)])
-        inner = np.vdot(w, aaa + abb + 1j * (aab + bbb) + mixed)
+        inner = np.vdot(w, cubic + mixed)
         return float(0.5 * (np.conj(factor) * inner).real)
 
     def _each(self, directions: Array) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
+from functools import partial
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -22,6 +23,7 @@ from slipfold.orbits.normal_forms.maps import (
     ReturnMap,
     SegmentMap,
     answers_of,
+    pair_terms,
 )
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -87,10 +89,9 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
         if not orbits.free_phase or kind not in ("PD", "NS"):
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
         multipliers = orbits.multipliers(point)
-        critical = complex(multipliers[np.argmin(_distance(kind)(multipliers))])
+        multiplier = complex(multipliers[np.argmin(_distance(kind)(multipliers))])
         chain = ReturnChain(orbits, point.z, orbits.scales)
-        coefficient, size = chain.form(kind, critical, ratios)
-        return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
+        return _judged(kind, *chain.form(kind, multiplier, ratios))
     q, _, value = critical = critical_vectors(matrix, _distance(kind))
     if kind == "LP":
         pull = map_.mapped(_parameter_pull(linearization))
@@ -101,7 +102,7 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
         size = map_.length(q, value, linearization.product, ratios)
     else:
         size = stroboscopic_length(orbits, point, q, ratios)
-    return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
+    return _judged(kind, coefficient, size)
 
 
 def stroboscopic_length(orbits: Orbits, point: OrbitPoint, vector: Vector, ratios: Array) -> float:
@@ -125,9 +126,10 @@ def stroboscopic_length(orbits: Orbits, point: OrbitPoint, vector: Vector, ratio
     return float(np.sqrt(np.mean(np.square(lengths))))
 
 
-def normalized(kind: str, coefficient: float, size: float) -> float:
-    """Return a coefficient for a critical vector so many times as long."""
-    return coefficient / (size if kind in QUADRATIC else size**2)
+def _judged(kind: str, coefficient: float, size: float) -> tuple[float, str | None]:
+    """Return a coefficient for a critical vector so many times as long, and the criticality."""
+    normalized = coefficient / (size if kind in QUADRATIC else size**2)
+    return normalized, criticality_of(kind, coefficient)
 
 
 def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array) -> float:
@@ -184,12 +186,13 @@ def _transcritical(map_: MapDerivatives, _matrix: Array, critical: Critical) -> 
 def _pitchfork(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
     """Cubic coefficient on the center manifold, where the quadratic one is zero by symmetry."""
     q, p, _ = critical
-    second, third = yield map_, "powers", q.real[None]
     n = len(q)
     bordered = np.block([[np.eye(n) - matrix, p.real[:, None]], [p.real[None], np.zeros((1, 1))]])
-    bent = np.linalg.solve(bordered, np.append(second[0], 0.0))[:n]
-    (mixed,) = yield map_, "second", [(q, bent.astype(complex))]
-    return float(p.real @ (third[0] + 3 * mixed.real) / 6)
+
+    def solve(second: Array) -> Array:
+        return np.linalg.solve(bordered, np.append(second, 0.0))[:n]
+
+    return (yield from _cubic(map_, q, p, solve))
 
 
 def _crossing(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
@@ -202,9 +205,15 @@ def _crossing(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[f
 
 def _doubling(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
     q, p, _ = critical
+    return (yield from _cubic(map_, q, p, partial(np.linalg.solve, np.eye(len(q)) - matrix)))
+
+
+def _cubic(
+    map_: MapDerivatives, q: Vector, p: Vector, solve: Callable[[Array], Array]
+) -> Form[float]:
+    """Cubic coefficient on the center manifold, whose bend `solve` gives."""
     second, third = yield map_, "powers", q.real[None]
-    bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
-    (mixed,) = yield map_, "second", [(q, bent.astype(complex))]
+    (mixed,) = yield map_, "second", [(q, solve(second[0]).astype(complex))]
     return float(p.real @ (third[0] + 3 * mixed.real) / 6)
 
 
@@ -212,15 +221,10 @@ def _torus(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[floa
     q, p, value = critical
     a, b = q.real, q.imag
     second, third = yield map_, "powers", np.array([a, b, a + b, a - b])
-    aa, bb = second[0], second[1]
-    ab = (second[2] - second[3]) / 4
-    aaa, bbb = third[0], third[1]
-    aab = (third[2] - third[3]) / 6 - bbb / 3
-    abb = (third[2] + third[3]) / 6 - aaa / 3
-    cubic = aaa + abb + 1j * (aab + bbb)  # C(q, q, conj q)
+    even, odd, cubic = pair_terms(second, third)
     identity = np.eye(len(a))
-    still = np.linalg.solve(identity - matrix, aa + bb).astype(complex)
-    double = np.linalg.solve(value**2 * identity - matrix, aa - bb + 2j * ab).astype(complex)
+    still = np.linalg.solve(identity - matrix, even).astype(complex)
+    double = np.linalg.solve(value**2 * identity - matrix, odd).astype(complex)
     # 2 B(q, still) + B(conj q, double), of half as many products of real vectors.
     real, imaginary = 2 * still + double, 1j * (2 * still - double)
     mixed = yield map_, "second", [(a.astype(complex), real), (b.astype(complex), imaginary)]
@@ -309,7 +313,7 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficien
     if kind == "HB":
         coefficient = first_lyapunov_coefficient(field)
         size = float(np.linalg.norm(hopf_vectors(field.jacobian)[0] * ratios))
-        return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
+        return _judged(kind, coefficient, size)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(orbits.scales)) + field.jacobian
     critical = critical_vectors(matrix, _distance(kind))
@@ -318,7 +322,7 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficien
     else:
         coefficient = yield from _FORMS[kind](field, matrix, critical)
     size = float(np.linalg.norm(critical[0] * ratios))
-    return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
+    return _judged(kind, coefficient, size)
 
 
 def first_lyapunov_coefficient(field: FieldMap) -> float:
