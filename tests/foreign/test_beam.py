@@ -8,8 +8,8 @@ from tests.helpers.beams import free_beam
 
 import slipfold as sf
 from slipfold.bifurcations.branches.start import measured_over
+from slipfold.flow.equilibrium import linear_responses
 from slipfold.flow.flow import flow_of
-from slipfold.flow.linear_response import linear_response
 from slipfold.models.equilibria import damped_newton
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.3, 0.02, 0.002, 210e9, 7850.0
@@ -130,7 +130,7 @@ def test_the_response_about_rest_is_that_of_the_modes(count):
     model = measured_over(model, "f", (15, 30))
     flow = flow_of(model)
     constants = flow.constants(model.vector)
-    found = linear_response(flow, constants, model.state_scales(), 4, model.start)
+    found = linear_responses(flow, constants, model.state_scales(), 4, model.start[None])[0]
     mass, stiffness = matrices(count)
     squares, modes = eigh(stiffness, mass)
     omega = 2 * np.pi * 18.0

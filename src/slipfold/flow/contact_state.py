@@ -176,7 +176,7 @@ class Instant:
     def _borne(self) -> Numbers:
         """Friction if all contacts at rest stick."""
         changes = dict.fromkeys(self.rest, Status.STICK)
-        return self.forces(_changed(self.moving, changes))[0]
+        return self.forces(changed(self.moving, changes))[0]
 
     def response(self, mode: Mode, contact: int) -> tuple[Numbers, list[Numbers]]:
         """Return a contact's rate of slip without its friction, and its change with that.
@@ -198,7 +198,7 @@ class Instant:
         Stick has priority over slip in reverse: a contact stops where friction can hold it.
         """
         seen = set[Mode]()
-        trial = _changed(self.moving, wanted)
+        trial = changed(self.moving, wanted)
         while trial not in seen:
             seen.add(trial)
             wrong = self.violations(trial)
@@ -206,7 +206,7 @@ class Instant:
                 return trial
             # One at a time, the last first: the release of one changes the forces of others.
             worst = max(wrong)
-            trial = _changed(trial, {worst: wrong[worst]})
+            trial = changed(trial, {worst: wrong[worst]})
         for candidate in self._all():
             if candidate not in seen and not self.violations(candidate):
                 return candidate
@@ -221,7 +221,7 @@ class Instant:
         sizes = [self.places[item].stop - self.places[item].start for item in self.rest]
         choices = product(*(planar if size == 2 else straight for size in sizes))
         for chosen in sorted(choices, key=lambda mode: -mode.count(Status.STICK)):
-            yield _changed(self.moving, dict(zip(self.rest, chosen, strict=True)))
+            yield changed(self.moving, dict(zip(self.rest, chosen, strict=True)))
 
     def violations(self, mode: Mode) -> dict[int, Status]:
         """Return the contacts at rest that cannot keep their status, and the next one."""
@@ -285,7 +285,8 @@ def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
     return [float(part) for part in np.linalg.solve(matrix, right)]
 
 
-def _changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
+def changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
+    """Return a mode in which some contacts have another status."""
     if not changes:
         return mode
     return tuple(changes.get(components, status) for components, status in enumerate(mode))

@@ -12,6 +12,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.compiled_code import StateFunction
+from slipfold.flow.contact_state import changed
 from slipfold.flow.equations import model_symbols
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_flow_of, hybrid_system
@@ -81,13 +82,11 @@ def dense_phases(model: Model, state: Array, mode: Mode, end: float) -> Iterator
 
 def _at_rest_after_grazing(system: HybridSystem, part: SmoothPhase) -> Mode | None:
     """Return the mode at rest after slip that turned too fast; None if slip is not zero."""
-    stiff = part.event is not None and part.event.ending is Ending.STIFF
-    if not stiff or Status.SLOW not in part.mode:
+    if not part.ended_by(Ending.STIFF) or Status.SLOW not in part.mode:
         return None
     contact, now = part.mode.index(Status.SLOW), system.at(part.state, part.end)
     speed = math.hypot(*now.slip[system.places[contact]]) * system.weights[contact]
-    resting = (*part.mode[:contact], Status.STICK, *part.mode[contact + 1 :])
-    return resting if speed < CONTACT.grazing else None
+    return changed(part.mode, {contact: Status.STICK}) if speed < CONTACT.grazing else None
 
 
 def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:

@@ -233,6 +233,17 @@ class Flow(Evaluated):
         """Return the column of an output."""
         return index_of(name, self.output_names, "output")
 
+    def margins(
+        self, limits: Sequence[Limit], states: Array, phases: Array, constants: Constants
+    ) -> Array:
+        """Return how far outputs are above the bounds of limits, shape (m, n_limits).
+
+        Shapes: states (m, n); phases (m,).
+        """
+        watched = [self.output_index(limit.output) for limit in limits]
+        bounds = np.array([limit.bound for limit in limits])
+        return np.asarray(self.outputs(states, phases, constants)[:, watched] - bounds)
+
     def constants_of(self, model: Model) -> Constants:
         """Evaluate the coefficients of a model, to be integrated in its scales."""
         return self.constants(model.vector, power_of_two(model.state_scales()))

@@ -55,8 +55,6 @@ class GuardedFlow:
         # Errors of steps grow with the revolutions of an angle: wrap angles after each period.
         self._angle_periods = model.angle_periods
         self._together = 1 if self._angle_periods.any() else CHUNK
-        self._watched = [self._flow.output_index(limit.output) for limit in self._limits]
-        self._bounds = np.array([limit.bound for limit in self._limits])
         self._parameters = np.concatenate([constants.known, self._weights(start)])
 
     def iterates(self, state: Array, periods: int) -> Array:
@@ -143,8 +141,8 @@ class GuardedFlow:
 
     def _margins(self, phases: Array, states: Array) -> Array:
         """Return how far scaled states are from the limits, shape (m, limits)."""
-        values = self._flow.outputs(states * self._constants.scales, phases, self._constants)
-        return np.asarray(values[:, self._watched] - self._bounds)
+        scales = self._constants.scales
+        return self._flow.margins(self._limits, states * scales, phases, self._constants)
 
     def _failed(self, steps: int | None, done: float, periods: int, phase: float) -> GuardStop:
         """Return the stop of a trajectory that takes too many steps or became singular."""
@@ -169,7 +167,8 @@ class GuardedFlow:
     def _limit_stop(self, which: int, state: Array, phase: float, done: float) -> GuardStop:
         limit = self._limits[which]
         values = self._flow.outputs(np.array([state]), np.array([phase]), self._constants)
-        reason = limit.reason.format(value=float(values[0, self._watched[which]]))
+        value = float(values[0, self._flow.output_index(limit.output)])
+        reason = limit.reason.format(value=value)
         return GuardStop(limit.name, reason, (done + phase) * self._constants.period)
 
     def _stop_at_start(self, state: Array, phase: float, before: int) -> GuardStop | None:

@@ -38,13 +38,13 @@ from slipfold.flow.modes import (
     contacts_of,
     events_of,
     is_zero,
+    limits_of_contacts,
     mode_equations,
     reported_mode,
     with_given_forces,
 )
-from slipfold.flow.polynomials import OnsetPolynomials, SlowPolynomials, StepPolynomials, step_to
+from slipfold.flow.polynomials import Dense, SlipOnset, SlowPolynomials, StepPolynomials, step_to
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.flow.slip_onset import SlipOnset
 from slipfold.models.formulas.functions import OPTIMIZATION
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
@@ -352,12 +352,16 @@ class SmoothPhase:
     released: bool = False  # whether it is the onset of slip in the plane
     onset: SlipOnset | None = None  # the solution of a slow onset
     # Maps phases to scaled states, if asked for
-    polynomials: StepPolynomials | SlowPolynomials | OnsetPolynomials | None = None
+    polynomials: Dense | None = None
 
     @property
     def reported_mode(self) -> Mode:
         """Mode as contacts know it."""
         return reported_mode(self.mode)
+
+    def ended_by(self, ending: Ending) -> SwitchingEvent | None:
+        """Return the event that ended it if it is one of a kind."""
+        return self.event if self.event is not None and self.event.ending is ending else None
 
 
 class HybridFlow:
@@ -371,12 +375,9 @@ class HybridFlow:
         # Whether a contact along a line is the only one, and whether any is in the plane
         self.straight = [len(contact.slip) for contact in self.contacts] == [1]
         self.planar = any(len(contact.slip) == 2 for contact in self.contacts)
-        beyond = {name for contact in self.contacts for name in contact.limits}
-        self.limits: tuple[Limit, ...] = tuple(
-            item for item in model.limits if item.name not in beyond
-        )
-        slips = [part for contact in self.contacts for part in contact.slip]
-        self._slips = slips
+        beyond = limits_of_contacts(model)
+        self.limits = tuple(item for item in model.limits if item.name not in beyond)
+        self._slips = [part for contact in self.contacts for part in contact.slip]
         self._integrators = OwnCopies()
         self._own = _Own()
         self._modes: dict[Mode, CompiledMode] = {}
@@ -451,9 +452,7 @@ class HybridFlow:
         if not self.limits:  # compiling outputs takes time
             return np.empty((len(states), 0))
         flow = self.of((Status.FORTH,) * len(self.contacts))
-        values = flow.outputs(states, np.zeros(len(states)), constants)
-        watched = [flow.output_index(item.output) for item in self.limits]
-        return np.abs(values[:, watched] - np.array([item.bound for item in self.limits]))
+        return np.abs(flow.margins(self.limits, states, np.zeros(len(states)), constants))
 
 
 def _polar(slip: Sequence[float] | Array, minimum: float) -> tuple[float, float]:

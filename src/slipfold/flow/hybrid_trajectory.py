@@ -14,7 +14,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import ROUNDING
-from slipfold.flow.contact_state import Instant, Numbers, Undecided
+from slipfold.flow.contact_state import Instant, Numbers, Undecided, changed
 from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
@@ -240,7 +240,7 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
     if event.ending in (Ending.SLOWS, Ending.QUICKENS):
         slows = event.ending is Ending.SLOWS
         now_slow = _slow_where_slow(system, reported_mode(mode), part.state, part.end)
-        after = _with(now_slow, event.which, Status.SLOW if slows else Status.FORTH)
+        after = changed(now_slow, {event.which: Status.SLOW if slows else Status.FORTH})
         after = _one_slow(after, [event.which]) if slows else after
         return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
@@ -307,7 +307,7 @@ def _slow_where_slow(system: HybridSystem, mode: Mode, state: Array, phase: floa
     weights = system.weights
     slowest = min(sliding, key=lambda contact: speeds[contact] * weights[contact])
     slow = speeds[slowest] * weights[slowest] < CONTACT.slow
-    return _with(mode, slowest, Status.SLOW) if slow else mode
+    return changed(mode, {slowest: Status.SLOW}) if slow else mode
 
 
 def _one_slow(mode: Mode, rest: Sequence[int]) -> Mode:
@@ -324,10 +324,6 @@ def _one_slow(mode: Mode, rest: Sequence[int]) -> Mode:
         Status.FORTH if status is Status.SLOW and contact not in begins else status
         for contact, status in enumerate(mode)
     )
-
-
-def _with(mode: Mode, contact: int, status: Status) -> Mode:
-    return (*mode[:contact], status, *mode[contact + 1 :])
 
 
 def _slipping(slip: Numbers) -> Status:

@@ -93,7 +93,7 @@ def implicit_trajectory(
             outcome = StepsEnd.MANY
             break
         solved = _step(field, points, state, times[-1], length, before)
-        error = _last_term(solved, points)
+        error = solved.last_term / max(1.0, float(np.abs(solved.stages).max()))
         if not error <= tolerance:  # also without a solution
             requested = (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
             length *= max(IMPLICIT.shortest_ratio, IMPLICIT.safety * min(requested, 1.0))
@@ -139,14 +139,6 @@ def _step(
         guess = before.at(ahead[None], np.array([0]))
     begin, lengths = np.array([start]), np.array([length])
     return solve_intervals(field, points, state[None], begin, lengths, guess, derived=False)
-
-
-def _last_term(solved: Stages, points: CollocationPoints) -> float:
-    """Return the last Legendre coefficient of a step's polynomial, over the states."""
-    m = len(points.points)
-    last = points.transform[-1] @ solved.slopes[0] * solved.lengths[0] / (2 * (2 * m - 1))
-    size = max(1.0, float(np.abs(solved.stages).max()))
-    return float(np.abs(last).max()) / size
 
 
 def _at(powers: Array, places: Array) -> Array:

@@ -313,10 +313,22 @@ class Field:
     indices: list[int]  # which parameters are free
     linear: LinearPart  # the shared part of its derivatives
 
+    def _at(self, states: Array, phases: Array) -> tuple[Array, Array, Constants]:
+        """Return states in their own units, phases and coefficients: where to evaluate."""
+        return states.reshape(-1, states.shape[-1]) * self.scales, phases.ravel(), self.constants
+
+    @property
+    def _ratios(self) -> Array:
+        return np.asarray(self.scales[..., None, :] / self.scales[..., :, None])
+
+    @property
+    def _along(self) -> Array:
+        """Changes of the coefficients with the free parameters."""
+        return self.constants.rates[:, self.indices]
+
     def rates(self, states: Array, phases: Array) -> Array:
         """Return the rates a unit of phase. Shapes: states (..., n); phases (...)."""
-        rows = states.reshape(-1, states.shape[-1]) * self.scales
-        result = self.flow.rates(rows, phases.ravel(), self.constants)
+        result = self.flow.rates(*self._at(states, phases))
         return np.asarray((result / self.scales).reshape(states.shape))
 
     def jacobians(self, states: Array, phases: Array) -> Array:
@@ -324,33 +336,27 @@ class Field:
 
         Shapes: states (..., n); phases (...).
         """
-        n = states.shape[-1]
-        rows = states.reshape(-1, n) * self.scales
-        result = self.flow.jacobians(rows, phases.ravel(), self.constants)
-        ratios = self.scales[..., None, :] / self.scales[..., :, None]
-        return np.asarray((result * ratios).reshape(*states.shape, n))
+        result = self.flow.jacobians(*self._at(states, phases)) * self._ratios
+        return np.asarray(result.reshape(*states.shape, states.shape[-1]))
 
     def changing_jacobians(self, states: Array, phases: Array) -> Jacobians:
         """Return the same at points of intervals; of many states only columns that change.
 
         Shapes: states (m, s, n); phases (m, s).
         """
-        m, s, n = states.shape
-        if n < MANY:
+        if states.shape[-1] < MANY:
             return Jacobians.of(self.jacobians(states, phases))
-        rows, ratios = states.reshape(-1, n) * self.scales, self.scales / self.scales[:, None]
-        common, columns, result = self.flow.changing_jacobians(rows, phases.ravel(), self.constants)
+        ratios = self._ratios
+        common, columns, result = self.flow.changing_jacobians(*self._at(states, phases))
         result *= ratios[:, columns]
-        return Jacobians(common * ratios, columns, result.reshape(m, s, n, -1))
+        return Jacobians(common * ratios, columns, result.reshape(*states.shape, -1))
 
     def parameter_slopes(self, states: Array, phases: Array) -> Array:
         """Return the derivatives of the rates by the free parameters, shape (..., n, k).
 
         Shapes: states (..., n); phases (...).
         """
-        rows = states.reshape(-1, states.shape[-1]) * self.scales
-        along = self.constants.rates[:, self.indices]
-        result = self.flow.parameter_slopes(rows, phases.ravel(), self.constants, along)
+        result = self.flow.parameter_slopes(*self._at(states, phases), self._along)
         return np.asarray((result / self.scales[:, None]).reshape(*states.shape, -1))
 
     def curvatures(self, states: Array, phases: Array, vectors: Array) -> tuple[Array, Array]:
@@ -358,15 +364,10 @@ class Field:
 
         Shapes: states, vectors (..., n); phases (...).
         """
-        n = states.shape[-1]
-        rows = states.reshape(-1, n) * self.scales
-        along = self.constants.rates[:, self.indices]
-        second, mixed = self.flow.curvatures(
-            rows, phases.ravel(), self.constants, vectors.reshape(-1, n) * self.scales, along
-        )
-        ratios = self.scales[None, :] / self.scales[:, None]
+        own = vectors.reshape(-1, vectors.shape[-1]) * self.scales
+        second, mixed = self.flow.curvatures(*self._at(states, phases), own, self._along)
         return (
-            np.asarray((second * ratios).reshape(*states.shape, n)),
+            np.asarray((second * self._ratios).reshape(*states.shape, states.shape[-1])),
             np.asarray((mixed / self.scales[:, None]).reshape(*states.shape, -1)),
         )
 
@@ -375,9 +376,8 @@ class Field:
 
         Shapes: states, vectors (..., n); phases (...).
         """
-        n = states.shape[-1]
-        rows, along = states.reshape(-1, n) * self.scales, vectors.reshape(-1, n) * self.scales
-        third = self.flow.powers(rows, phases.ravel(), self.constants, along)[1]
+        own = vectors.reshape(-1, vectors.shape[-1]) * self.scales
+        third = self.flow.powers(*self._at(states, phases), own)[1]
         return np.asarray((third / self.scales).reshape(states.shape))
 
 
@@ -432,17 +432,12 @@ class Stages:
         total = np.einsum("k,jkn->jn", self.points.weights, self.slopes)
         return self.nodes + self.lengths[:, None] * total
 
-    @property
-    def moved(self) -> Array:
-        """Derivatives of the stages by the state at the beginning, shape (m, s, n, n)."""
-        return self.equations.moved
-
     @cached_property
     def matrices(self) -> Array:
         """Derivatives of the ends by the beginnings, shape (m, n, n)."""
         if self.points.damps:
             return self.equations.last_moved
-        return np.eye(self.nodes.shape[1]) + self._propagated(self.moved)
+        return np.eye(self.nodes.shape[1]) + self._propagated(self.equations.moved)
 
     def _propagated(self, changes: Array) -> Array:
         """Return the changes of the ends from changes of the stages.
@@ -467,6 +462,12 @@ class Stages:
             return stages, stages[:, -1]
         outer = lengths * np.einsum("k,jkaq->jaq", points.weights, pushes)
         return stages, self._propagated(stages) + outer
+
+    @property
+    def last_term(self) -> float:
+        """Largest last Legendre coefficient of the polynomials: it bounds what is left out."""
+        grown = self.points.transform[-1] @ self.slopes * self.lengths[:, None]
+        return float(np.abs(grown).max()) / (2 * (2 * len(self.points.points) - 1))
 
     def at(self, fractions: Array, which: NDArray[np.intp]) -> Array:
         """Evaluate the polynomials of some intervals, each at places of its own.

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.contact_state import Instant
+from slipfold.flow.contact_state import Instant, changed
 from slipfold.flow.equations import Constants
 from slipfold.flow.hybrid_flow import HybridFlow, HybridSystem, SmoothPhase
 from slipfold.flow.modes import CONTACT, Ending, Mode, Status, SwitchingEvent, reported_mode
@@ -102,7 +102,9 @@ class _Variations:
         if part.event is None or part.released:
             return state
         for contact, status in enumerate(after):
-            if status is Status.SLOW and _rests(part, contact):
+            stop = part.ended_by(Ending.STOPS)
+            rests = part.mode[contact] is Status.STICK or (stop and stop.which == contact)
+            if status is Status.SLOW and rests:
                 along = Release(self._system, after, contact).direction(state, part.end)
                 slip = CONTACT.linearized / self._system.weights[contact] * along
                 return self._system.slipping(after, state, slip, part.end)
@@ -115,7 +117,8 @@ class _Variations:
         """
         begin, end = (np.array([getattr(part, at) for part in parts]) for at in ("begin", "end"))
         for index, part in enumerate(parts):
-            if _comes_to_rest_in_the_plane(part):
+            stop = part.ended_by(Ending.STOPS)
+            if stop and part.mode[stop.which] is Status.SLOW:  # it comes to rest in the plane
                 end[index] -= CONTACT.linearized * (part.end - part.begin)
         n, k = starts.shape[1], self._directions.shape[1]
         ends, matrices = starts.copy(), np.tile(np.eye(n), (len(parts), 1, 1))
@@ -146,7 +149,7 @@ class _Variations:
         events, delays = [event, *self._others(part, after, event.which)], list[Array]()
         sides = end, beyond
         for one in events:
-            following = (*mode[: one.which], after[one.which], *mode[one.which + 1 :])
+            following = changed(mode, {one.which: after[one.which]})
             following = after if one is events[-1] else following
             varied, delay = self._past(one, mode, following, part.end, sides, varied)
             mode, sides = following, (beyond, beyond)
@@ -212,20 +215,6 @@ class _Variations:
         return result
 
 
-def _rests(part: SmoothPhase, contact: int) -> bool:
-    """Whether a contact has no slip at the end of a smooth phase."""
-    event = part.event
-    stops = event is not None and event.ending is Ending.STOPS and event.which == contact
-    return stops or part.mode[contact] is Status.STICK
-
-
-def _comes_to_rest_in_the_plane(part: SmoothPhase) -> bool:
-    event = part.event
-    if event is None or event.ending is not Ending.STOPS:
-        return False
-    return part.mode[event.which] is Status.SLOW
-
-
 def grazing_distances(
     system: HybridSystem, start: Array, passed: Sequence[tuple[SmoothPhase, Mode]]
 ) -> list[float]:
@@ -240,8 +229,7 @@ def grazing_distances(
     state, stopped, released = start, dict[int, float](), False
     for part, after in passed:
         slow = part.mode.index(Status.SLOW) if Status.SLOW in part.mode else None
-        stops = part.event is not None and part.event.ending is Ending.STOPS
-        if slow is not None and not (part.released or released or stops):
+        if slow is not None and not (part.released or released or part.ended_by(Ending.STOPS)):
             again = system.run(part.mode, state, part.begin, part.end, dense=True).polynomials
             assert isinstance(again, SlowPolynomials)
             result += [speed * system.weights[slow] for speed in _least_speeds(again, len(start))]

@@ -181,6 +181,11 @@ def contacts_of(model: Model) -> tuple[Contact, ...]:
     return model.contacts(symbols.states, symbols.coefficients, symbols.phase)
 
 
+def limits_of_contacts(model: Model) -> set[str]:
+    """Return the names of limits at which contacts stick or open, so that trajectories go on."""
+    return {name for contact in contacts_of(model) for name in contact.limits}
+
+
 def with_given_forces(model: Model, contacts: Sequence[Contact]) -> Equations:
     """Return the equations of a model with the forces in contacts as symbols."""
     names = [normal_name(contact.name) for contact in contacts]

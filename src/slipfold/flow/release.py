@@ -13,8 +13,7 @@ from slipfold.flow.contact_state import ContactsNow, Instant, Undecided, largest
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.intervals import Field, LinearPart
 from slipfold.flow.modes import CONTACT, Mode, Status, reported_mode
-from slipfold.flow.polynomials import OnsetPolynomials
-from slipfold.flow.slip_onset import POINTS, SlipOnset, solve_onset
+from slipfold.flow.polynomials import POINTS, OnsetPolynomials, SlipOnset, solve_onset
 
 
 def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ...]:

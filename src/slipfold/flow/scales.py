@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
+from slipfold.flow.equilibrium import PHASES, linear_responses, mean_states
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of
 from slipfold.flow.intervals import Field, LinearPart
-from slipfold.flow.linear_response import PHASES, linear_response, mean_states
 from slipfold.flow.modal_equations import modes_serve
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.models.equilibria import search_equilibrium
@@ -452,9 +452,8 @@ class _View:
         if not _largest(self.expected) > 0:
             return self.expected
         if self.slow is not None:  # a trajectory would take very many steps
-            given = self.flow, self.constants, self.ratios, SCALES.samples, self.start
-            nodes = linear_response(*given)
-            return np.asarray(np.ptp(nodes, axis=0) / 2)
+            given = self.flow, self.constants, self.ratios, SCALES.samples, self.start[None]
+            return np.asarray(np.ptp(linear_responses(*given)[0], axis=0) / 2)
         states = self.motion
         reached = np.ptp(states.reshape(SCALES.periods, SCALES.samples, -1), axis=1) / 2
         whole = reached[np.isfinite(reached).all(axis=1)]

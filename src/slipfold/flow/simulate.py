@@ -25,7 +25,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, GuardStop
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, Recorder, first_mode, smooth_phases
-from slipfold.flow.modes import Status, contacts_of, reported_mode
+from slipfold.flow.modes import Status, contacts_of, limits_of_contacts, reported_mode
 from slipfold.flow.scales import measured
 from slipfold.flow.settlement import (
     Settlement,
@@ -125,17 +125,15 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float | str] | N
 
 def reaches_stick_limit(stopped: GuardStop | None, model: Model) -> bool:
     """Whether a trajectory ended where a contact may stick or open, and so continues."""
-    beyond = {name for contact in contacts_of(model) for name in contact.limits}
-    return stopped is not None and stopped.kind in beyond
+    return stopped is not None and stopped.kind in limits_of_contacts(model)
 
 
 def starts_in_slip(model: Model, start: Array) -> bool:
     """Whether no contact is at one of its limits. Shapes: start (n,)."""
     if not contacts_of(model):
         return True
-    constants, starts = flow_of(model).constants_of(model), start[None]
-    reached, bounds = _limits_at(model, starts, constants)
-    return limits_are_defined(model, starts, constants) and bool(np.all(reached > bounds))
+    given = model, start[None], flow_of(model).constants_of(model)
+    return limits_are_defined(*given) and bool(np.all(_margins(*given) > 0))
 
 
 def limits_are_defined(model: Model, starts: Array, constants: Constants) -> bool:
@@ -146,17 +144,14 @@ def limits_are_defined(model: Model, starts: Array, constants: Constants) -> boo
     """
     if not contacts_of(model):
         return True
-    return not model.resting and bool(np.isfinite(_limits_at(model, starts, constants)[0]).all())
+    return not model.resting and bool(np.isfinite(_margins(model, starts, constants)).all())
 
 
-def _limits_at(model: Model, starts: Array, constants: Constants) -> tuple[Array, Array]:
-    """Return what limits of contacts watch, shape (m, l), and their bounds, shape (l,)."""
-    beyond = {name for contact in contacts_of(model) for name in contact.limits}
-    flow = flow_of(model)
-    values = flow.outputs(starts, np.zeros(len(starts)), constants)
-    watched = [item for item in model.limits if item.name in beyond]
-    reached = values[:, [flow.output_index(item.output) for item in watched]]
-    return reached, np.array([item.bound for item in watched])
+def _margins(model: Model, starts: Array, constants: Constants) -> Array:
+    """Return how far contacts are from their limits, shape (m, l)."""
+    beyond = limits_of_contacts(model)
+    limits = [item for item in model.limits if item.name in beyond]
+    return flow_of(model).margins(limits, starts, np.zeros(len(starts)), constants)
 
 
 class Integration(ABC):

@@ -428,7 +428,7 @@ def _goes_round(model: Model, state: Array, parts: Sequence[SmoothPhase], count:
     """Whether a round is complete; one that continues from rest at a grazing must also close."""
     if not parts or parts[-1].end < count - 1e-9:  # an event may end it
         return False
-    if not any(part.event is not None and part.event.ending is Ending.STIFF for part in parts):
+    if not any(part.ended_by(Ending.STIFF) for part in parts):
         return True
     # A contact that is caught misses by far.
     return bool(distances(model, parts[-1].state, state) < 1e-5)

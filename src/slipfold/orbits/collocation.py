@@ -158,7 +158,7 @@ class Collocation(MeshDiscretization):
         by_states = weights * sum(bent[..., i, :] for i, (bent, _) in enumerate(turned))
         by_free = weights * sum(mixed[..., i, :] for i, (_, mixed) in enumerate(turned))
         by_parameters = solved.answered(field.parameter_slopes(stages, phases))[0]
-        by_nodes = np.einsum("jka,jkab->jb", by_states, solved.moved)
+        by_nodes = np.einsum("jka,jkab->jb", by_states, solved.equations.moved)
         free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, by_parameters)
         return by_nodes, free * self.units
 
@@ -231,7 +231,7 @@ class Collocation(MeshDiscretization):
             along = solved.equations.along(vector)
             second, by_free = field.curvatures(solved.stages, solved.phases, along)
             pushes = np.concatenate(
-                [second @ solved.moved, second @ by_parameters + by_free], axis=3
+                [second @ solved.equations.moved, second @ by_parameters + by_free], axis=3
             )
             ends = solved.answered(pushes)[1]
             bent.append(ends[:, :, :n])

@@ -14,7 +14,7 @@ from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import CurveSteps, Failure
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import TOLERANCE
-from slipfold.flow.modes import contacts_of
+from slipfold.flow.modes import limits_of_contacts
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.discretization import STAGES, Discretization
@@ -305,7 +305,7 @@ def through_stick(
     limit, which the point before shows, is none of a contact that may stick.
     """
     orbits = curve.orbits
-    beyond = {name for contact in contacts_of(orbits.model) for name in contact.limits}
+    beyond = limits_of_contacts(orbits.model)
     limits = orbits.model.limits
     if not beyond or not limits or orbits.kind == "equilibrium":  # which ends where slip does
         return None

@@ -14,9 +14,9 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
+from slipfold.flow.equilibrium import linear_responses
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import StiffFallback
-from slipfold.flow.linear_response import linear_response
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import simulate
@@ -96,8 +96,8 @@ def guess_orbit(orbits: ForcedOrbits, value: float) -> Correction:
     """Correct the linear response to a periodic orbit of one forcing period."""
     model = orbits.model.replace(**{orbits.vary: value})
     constants = orbits.flow.constants(model.vector, orbits.flow_scales)
-    nodes = linear_response(orbits.flow, constants, orbits.scales, orbits.segments, model.start)
-    return _corrected(orbits, nodes, value)
+    given = orbits.flow, constants, orbits.scales, orbits.segments, model.start[None]
+    return _corrected(orbits, linear_responses(*given)[0], value)
 
 
 def _from_zero_forcing(

@@ -454,7 +454,7 @@ class StickSlipOrbit(PeriodicOrbit):
 
         given = self.model, self.model.vector[None], self.nodes[None, :1], self.period
         change = multiplier_uncertainty(*given, self.multipliers[None], SwitchedShooting)[0]
-        planar = any(len(contact.slip) == 2 for contact in hybrid_flow_of(self.model).contacts)
+        planar = hybrid_flow_of(self.model).planar
         # The linearization leaves out where slip in the plane begins and ends.
         return np.maximum(change, 5e-7) if planar and self.stuck_fraction else change
 

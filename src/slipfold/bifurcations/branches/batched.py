@@ -34,9 +34,9 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow.equilibrium import linear_responses
 from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
 from slipfold.flow.flow import flow_of
-from slipfold.flow.linear_response import linear_responses
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.first_orbits import FIRST

@@ -31,7 +31,7 @@ from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found
 from slipfold.continuation.walk import Front, FrontEquations, Trial
-from slipfold.flow.modes import contacts_of
+from slipfold.flow.modes import limits_of_contacts
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -155,7 +155,7 @@ class Walk(FrontEquations):
         self._low, self._high = (value / orbits.width for value in (min(span), max(span)))
         model = orbits.model
         self._bounds = np.array([limit.bound for limit in model.limits])
-        sticking = {name for contact in contacts_of(model) for name in contact.limits}
+        sticking = limits_of_contacts(model)
         self._sticking = np.array([limit.name in sticking for limit in model.limits], bool)
         self._unstable, self._signs = np.zeros(k, int), np.zeros(k)
         self._departs = np.array([branch.first is not None for branch in branches])

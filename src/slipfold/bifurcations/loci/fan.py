@@ -18,7 +18,7 @@ from slipfold.bifurcations.loci.locus_equations import LocusEquations
 from slipfold.bifurcations.loci.window import Plane
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow.modes import GRAZED, contacts_of
+from slipfold.flow.modes import GRAZED, contacts_of, limits_of_contacts
 from slipfold.models.angles import distances
 from slipfold.models.equilibria import equilibria_in, search_equilibrium
 from slipfold.models.model import Model
@@ -95,7 +95,7 @@ def ends_in_stick(branch: Branch, row: int = -1) -> bool:
         model = branch.orbit(row).model
     except InputError:  # it ends where parameters contradict each other: there is no model
         return False
-    beyond = {name for contact in contacts_of(model) for name in contact.limits}
+    beyond = limits_of_contacts(model)
     if not beyond:
         return False
     before = _margins(branch, 1 if row == 0 else -2) if len(branch) > 1 else None

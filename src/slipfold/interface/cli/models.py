@@ -88,7 +88,7 @@ def _record(model: Model) -> dict[str, Any]:
 
 
 def _details(model: Model) -> str:
-    from slipfold.flow.modes import contacts_of
+    from slipfold.flow.modes import limits_of_contacts
 
     varied = {item.name for item in model.variable_parameters}
     parameters = [
@@ -105,7 +105,7 @@ def _details(model: Model) -> str:
         [(item.name, item.unit, item.doc) for item in items]
         for items in (model.states, model.outputs())
     ]
-    passed = {name for contact in contacts_of(model) for name in contact.limits}
+    passed = limits_of_contacts(model)
     limits = [
         (
             item.name,
