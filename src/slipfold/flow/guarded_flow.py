@@ -57,14 +57,6 @@ class GuardedFlow:
         self._together = 1 if self._angle_periods.any() else CHUNK
         self._parameters = np.concatenate([constants.known, self._weights(start)])
 
-    def iterates(self, state: Array, periods: int) -> Array:
-        """Return the start and the states after each forcing period, up to the trajectory's end.
-
-        Shapes: state (n,); returns (periods + 1, n), or fewer rows if the trajectory ends early.
-        """
-        pieces = self.pieces(state, periods)
-        return np.concatenate([state[None], *(piece.states for piece in pieces)])
-
     def pieces(self, state: Array, periods: int, before: int = 0) -> Iterator[Chunk]:
         """Propagate a state over forcing periods, in parts that each begin at phase zero.
 

@@ -59,7 +59,7 @@ class Recorder:
         self._contacts = contacts
         self._energies: list[Array] = []
         # Of each mode: its time, its state and the number of earlier smooth phases
-        self.modes, self._times, self._legs = [mode], [0.0], [0]
+        self.modes, self.times, self._legs = [mode], [0.0], [0]
         self._states: list[Array] = []
         self.periods = 0  # complete ones before the phases that are noted
 
@@ -70,27 +70,22 @@ class Recorder:
     def changed(self, time: float, state: Array, mode: Mode) -> None:
         """Note a new mode, at a phase of the present period."""
         self.modes.append(mode)
-        self._times.append(self.periods + time)
+        self.times.append(self.periods + time)
         self._states.append(state)
         self._legs.append(len(self._energies))
 
     def forget(self, time: float) -> None:
         """Forget what came before the mode at a phase since the start."""
-        first = bisect_right(self._times, time) - 1
+        first = bisect_right(self.times, time) - 1
         legs = self._legs[first]
         for record, count in ((self._energies, legs), (self._states, first), (self.modes, first)):
             del record[:count]
-        self._times, self._legs = self._times[first:], [leg - legs for leg in self._legs[first:]]
+        self.times, self._legs = self.times[first:], [leg - legs for leg in self._legs[first:]]
 
     @property
     def changes(self) -> list[ModeChange]:
         """All changes that are noted."""
-        return list(map(ModeChange, self._times[1:], self._states, self.modes[1:]))
-
-    @property
-    def last_time(self) -> float:
-        """Phase of the last change, zero if there was none."""
-        return self._times[-1]
+        return list(map(ModeChange, self.times[1:], self._states, self.modes[1:]))
 
     def ended(self, time: float) -> tuple[Interval, ...]:
         """Return all intervals up to a phase, sorted by their ends."""
@@ -111,7 +106,7 @@ class Recorder:
         doing = np.array([mode[contact] for mode in self.modes])
         kept = np.flatnonzero(np.append(True, doing[1:] != doing[:-1]))
         sums = np.add.reduceat(energies, np.array(self._legs)[kept])
-        begins = np.array(self._times)[kept]
+        begins = np.array(self.times)[kept]
         ends = np.append(begins[1:], time)
         lasts = ends > begins
         names = map(status_name, doing[kept][lasts].tolist())

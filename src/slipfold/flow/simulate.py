@@ -378,7 +378,7 @@ class HybridIntegration(Integration):
     @property
     def time(self) -> float:
         """Seconds so far, of complete periods and the known part of another."""
-        return max(self.periods, self.recorder.last_time) * self.constants.period
+        return max(self.periods, self.recorder.times[-1]) * self.constants.period
 
     def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes."""

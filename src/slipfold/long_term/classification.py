@@ -367,11 +367,6 @@ class TrajectoryGrid:
         window[:, stuck >= CLASSIFICATION.stuck] = np.nan  # they were left where they were
         return self._judge(window, np.where(stopped[:, None], np.nan, states), sticks)
 
-    def add_run(self, kind: str) -> None:
-        """Add a run whose trajectories are of one kind until they are classified."""
-        nowhere = np.full_like(self.known.states[:1], np.nan)
-        self.known = self.known.joined(Classified.unknown(kind, nowhere))
-
     def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Classified:
         """Classify trajectories, as far as they repeat, stick or stopped."""
         model = self.models[0]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -130,8 +130,7 @@ def _reported(
 ) -> Begin:
     """Report what is known before a gap is looked into; return what is there."""
     if observer is not None:
-        values = {"branch": len(branches), "points": 0, "parameter": value, "special": ()}
-        values |= {"period": 1, "branches": branches}
+        values = {**_at(len(branches), value), "branches": branches}
         observer(Progress("gaps", place - 1, GAPS.places, values=values))
     return begin(value)
 
@@ -174,14 +173,14 @@ def find_coexisting(
         if interrupted:
             break
 
-        on_progress = (
-            None if observer is None else _PlaceProgress(observer, len(known), index, value)
-        )
+        place = len(known), index, value
+        on_progress = None if observer is None else partial(_report_place, observer, *place)
         try:
-            at = model.replace(**{vary: value})
-            seen = _seen(at, value, box, on_progress)
-            interrupted, undecided = seen.interrupted, undecided + seen.undecided
-            for begin in () if interrupted else seen.begins:
+            at, starts = model.replace(**{vary: value}), box.starts(ATTRACTOR.search_starts, 0)
+            seen = search(at, starts, ATTRACTOR.search_periods, on_progress, measure=False)
+            undecided += int((seen.labels == UNDECIDED).sum())
+            interrupted = seen.interrupted
+            for begin in () if interrupted else _begins(at, value, seen.attractors, starts):
                 if not _is_known(begin, known):
                     new = _numbered(_followed(follow, begin), len(known))
                     known, result = (*known, *new), [*result, *(branch.id for branch in new)]
@@ -196,40 +195,27 @@ def find_coexisting(
     )
 
 
-@dataclass(frozen=True)
-class _PlaceProgress:
-    """Reports the progress of the search at one parameter value."""
-
-    observer: Observer
-    branches: int
-    place: int
-    value: float
-
-    def __call__(self, progress: Progress) -> None:
-        done = self.place * ATTRACTOR.search_starts + progress.done
-        total = ATTRACTOR.search_values * ATTRACTOR.search_starts
-        values = {"branch": self.branches, "points": 0, "parameter": self.value, "special": ()}
-        self.observer(Progress(STAGE, done, total, values={**values, "period": 1}))
+def _report_place(
+    observer: Observer, branches: int, place: int, value: float, progress: Progress
+) -> None:
+    """Report the progress of the search at one parameter value."""
+    done = place * ATTRACTOR.search_starts + progress.done
+    total = ATTRACTOR.search_values * ATTRACTOR.search_starts
+    observer(Progress(STAGE, done, total, values=_at(branches, value)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """Starts of branches at a value of the parameter."""
-
-    begins: list[Begin]
-    interrupted: bool
-    undecided: int  # trajectories that came to none of them
+def _at(branches: int, value: float) -> dict[str, Any]:
+    """Return what is reported between branches: how many there are, and a parameter value."""
+    return {"branch": branches, "points": 0, "parameter": value, "special": (), "period": 1}
 
 
-def _seen(model: Model, value: float, box: Box, on_progress: Observer | None) -> _Seen:
-    starts = box.starts(ATTRACTOR.search_starts, 0)
-    searched = search(model, starts, ATTRACTOR.search_periods, on_progress, measure=False)
-    begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]
-    if not model.forced:
-        resting = equilibria_in(model, starts)
-        begins += [Begin(value, state=state) for state in resting]
-    undecided = int((searched.labels == UNDECIDED).sum())
-    return _Seen(begins, searched.interrupted, undecided)
+def _begins(
+    model: Model, value: float, found: Sequence[Attractor], starts: Array
+) -> Iterator[Begin]:
+    """Yield starts of branches: attractors, and equilibria of an autonomous model."""
+    yield from filter(None, (_begin(model, value, item) for item in found))
+    for state in () if model.forced else equilibria_in(model, starts):
+        yield Begin(value, state=state)
 
 
 def _begin(model: Model, value: float, item: Attractor) -> Begin | None:

@@ -120,7 +120,8 @@ def _stored(work: TrajectoryGrid, targets: Rows, result: Classified, rows: Rows)
             continue
         free = np.flatnonzero(work.known.kinds[:, cell[0]] == NONE)
         if not len(free):
-            work.add_run(NONE)
+            nowhere = Classified.unknown(NONE, np.full_like(work.known.states[:1], np.nan))
+            work.known = work.known.joined(nowhere)
             free = np.array([len(work.known.kinds) - 1])
         work.known.put((free[:1], cell), trajectory)
         kept.append((free[0], cell[0]))

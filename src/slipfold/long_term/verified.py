@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.kinds import any_parameter, orbits_at
+from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.switched_shooting import SwitchedShooting
@@ -328,12 +329,9 @@ def _monodromy(model: Model, state: Array, period: int) -> Array:
     if growth.integration.stopped is not None:
         growth = growth_through_stick(model, state)
         matrices = growth.derivatives(period)
-    result = np.eye(len(state))
-    for matrix in matrices.reshape(-1, *result.shape):
-        result = matrix @ result
     # Each trajectory has scales from its own start.
     ratios = growth.model.state_scales() / model.state_scales()
-    return result * ratios[:, None] / ratios
+    return product(matrices.reshape(-1, *matrices.shape[2:])) * ratios[:, None] / ratios
 
 
 def _across_rests(matrix: Array) -> Array:
@@ -359,6 +357,7 @@ class AttractorSet:
         self.model = model
         self.known: list[AttractorRegion] = []
         self._slips = may_slip(model)  # else each orbit turns, sticking or not
+        self._preserved = cache(partial(preserves_volume, model))
 
     def attractor_near(self, states: Array, sticks: bool) -> AttractorRegion | None:
         """Return a new attractor that the last states of a trajectory converge to, if there is one.
@@ -382,7 +381,7 @@ class AttractorSet:
         If the exponents show a periodic trajectory, return its orbit if that is new. Shapes: state
         (n,).
         """
-        if self._preserved:
+        if self._preserved():  # nothing attracts, chaotic or not
             return None
         for periods in ATTRACTOR.exponents:
             try:
@@ -402,11 +401,6 @@ class AttractorSet:
                 clouds = [known for known in self.known if isinstance(known, CloudRegion)]
                 return next((known for known in clouds if known.holds(cloud)), cloud)
         return None
-
-    @cached_property
-    def _preserved(self) -> bool:
-        """Whether formulas show that nothing attracts, chaotic or not."""
-        return preserves_volume(self.model)
 
     @property
     def _next(self) -> int:

@@ -429,8 +429,9 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    states = GuardedFlow(model, constants, start).iterates(start, 2 * max(ORBIT.periods))
-    apart = np.abs(wrap_angles(states[1:] - start, model.angle_periods) / constants.scales)
+    pieces = GuardedFlow(model, constants, start).pieces(start, 2 * max(ORBIT.periods))
+    states = np.concatenate([piece.states for piece in pieces])
+    apart = np.abs(wrap_angles(states - start, model.angle_periods) / constants.scales)
     likely = np.flatnonzero(apart.max(axis=1) <= ORBIT.returned)[:1] + 1
     failure: InputError | None = None
     for period in dict.fromkeys((*likely.tolist(), *ORBIT.periods)):

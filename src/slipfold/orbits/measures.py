@@ -52,7 +52,8 @@ def measure_gradient(orbits: Orbits, z: Array, measure: str, output: str) -> Arr
     """
     along = _Along(orbits, z, output)
     if measure in AVERAGED:
-        return along.mean_gradient(measure)
+        _, phases, weights = along.mean(measure)
+        return np.asarray(weights @ along.rows(phases)[0])
     return np.sum([w * along.extremum(sign).gradient for sign, w in WEIGHTS[measure].items()], 0)
 
 
@@ -179,17 +180,17 @@ class _Along:
         phase = self._phase_of(sign)
         around = phase + np.array([-MEASURE.apart, 0.0, MEASURE.apart])
         if self._by.smooth and np.ptp(self._by.before(around)[0]) == 0:
-            rows, speeds = self._rows(around)
+            rows, speeds = self.rows(around)
             change, turn = rows[2] - rows[0], float(speeds[2] - speeds[0])
             return _Extremum(phase, rows[1], change, turn, True)
-        rows, speeds = self._rows(phase + np.array([-MEASURE.aside, MEASURE.aside]))
+        rows, speeds = self.rows(phase + np.array([-MEASURE.aside, MEASURE.aside]))
         turns = speeds[0] * speeds[1] < 0
         weights = np.abs(speeds[::-1]) / np.abs(speeds).sum() if turns else np.full(2, 0.5)
         return _Extremum(phase, np.asarray(weights @ rows), rows[1] - rows[0], 0.0, False)
 
     def gradient_at(self, phase: float) -> Array:
         """Return the derivatives at a phase, shape (u,)."""
-        return np.asarray(self._rows(np.array([phase]))[0][0])
+        return np.asarray(self.rows(np.array([phase]))[0][0])
 
     def mean(self, measure: str) -> tuple[float, Array, Array]:
         """Return a mean of the output, the phases of its samples, and its derivatives by these."""
@@ -230,11 +231,6 @@ class _Along:
         phases = begins[:, None] + lengths[:, None] * (1 + points) / 2
         return phases.ravel(), (lengths[:, None] * shares / (2 * by.period)).ravel()
 
-    def mean_gradient(self, measure: str) -> Array:
-        """Return the derivatives of a mean by the unknown, shape (u,)."""
-        _, phases, weights = self.mean(measure)
-        return np.asarray(weights @ self._rows(phases)[0])
-
     def _values(self, phases: Array) -> Array:
         """Return the output at phases, shape (q,)."""
         by = self._by
@@ -245,7 +241,7 @@ class _Along:
             values[rows] = found[:, column]
         return values
 
-    def _rows(self, phases: Array) -> tuple[Array, Array]:
+    def rows(self, phases: Array) -> tuple[Array, Array]:
         """Return the derivatives at phases by the unknown, (q, u), and rates of the output, (q,).
 
         Shapes: phases (q,).

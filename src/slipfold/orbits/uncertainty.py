@@ -120,7 +120,9 @@ def answers_of(requests: Mapping[int, Request]) -> dict[int, Any]:
                 answers |= zip(numbers, _shot_again(points), strict=True)
             elif kind is not None:
                 z = np.array([requests[number][1] for number in numbers])
-                known = zip(numbers, _multipliers_at(points, z), strict=True)
+                batch = OrbitBatch.of_branches([point.curve for point in points])
+                found = batch.multipliers(np.arange(len(z)), z)  # NaN where not known
+                known = zip(numbers, found, strict=True)
                 answers |= {number: own for number, own in known if np.isfinite(own).all()}
     return answers | {i: _answer(*requests[i]) for i in requests.keys() - answers.keys()}
 
@@ -144,12 +146,6 @@ def _answer(point: OrbitPoint, beside: Array | None) -> Any:
     except BREAKDOWNS as error:
         return error
     return None if again is None else Again(again.z[-1], again.multipliers, again.tests, rounding)
-
-
-def _multipliers_at(points: Sequence[OrbitPoint], z: Array) -> Complex:
-    """Return the multipliers of orbits of these branches, NaN where not known."""
-    batch = OrbitBatch.of_branches([point.curve for point in points])
-    return batch.multipliers(np.arange(len(z)), z)
 
 
 def _shot_again(points: Sequence[OrbitPoint]) -> list[Again | None]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from slipfold.flow.explicit_steps import linearized_steps_of
 from slipfold.models.model import Model
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
+from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch
 from slipfold.orbits.test_functions import floquet_multipliers
 
 
@@ -68,10 +69,8 @@ class Paths:
         )
 
 
-def find_doubts(
-    multipliers: NDArray[np.complex128], moved: Array, doubles: Mask
-) -> NDArray[np.str_]:
-    r"""Return why each response might be unstable before its end; empty where it is stable.
+def are_stable(multipliers: NDArray[np.complex128], moved: Array, doubles: Mask) -> Mask:
+    r"""Return which responses are certainly stable before their ends.
 
     All multipliers must be inside the unit circle, except the one at -1 where a response ends at
     its period doubling. The test functions
@@ -81,25 +80,21 @@ def find_doubts(
     are interpolated between the known orbits. A minimum near zero indicates two zeros. The first
     function vanishes at a period doubling; it is divided by the distance from the end.
 
-    Shapes: multipliers (m, len(FRACTIONS), n); moved (m, len(FRACTIONS)); doubles (m,).
+    Shapes: multipliers (m, len(FRACTIONS), n); moved (m, len(FRACTIONS)), infinite of orbits that
+    were not found; doubles (m,).
     """
-    doubts = np.full(len(multipliers), "", dtype="<U40")
     first, second = np.triu_indices(multipliers.shape[2], k=1)
     with np.errstate(invalid="ignore"):
         products = 1 - multipliers[:, :, first] * multipliers[:, :, second]
         flip = (1 + multipliers).prod(axis=2).real
         dips = _dips((1 - multipliers).prod(axis=2).real) | _dips(products.prod(axis=2).real)
         before_end = flip[:, :-1] / (1 - np.array(FRACTIONS[:-1]))
-        doubts[dips | np.where(doubles, _dips(before_end), _dips(flip))] = (
-            "a test function dips on the way"
-        )
+        dips |= np.where(doubles, _dips(before_end), _dips(flip))
         modulus = np.abs(multipliers)
         critical = np.abs(multipliers[doubles, -1] + 1).argmin(axis=1)
         modulus[np.flatnonzero(doubles), -1, critical] = 0.0
-        outside = ~(modulus.max(axis=2) < 1 - CORRECTION.margin * moved).all(axis=1)
-        doubts[outside] = "a multiplier is outside the unit circle"
-    doubts[~np.isfinite(moved).all(axis=1)] = "an orbit on the way was not found"
-    return doubts
+        inside = (modulus.max(axis=2) < 1 - CORRECTION.margin * moved).all(axis=1)
+    return np.asarray(inside & ~dips)
 
 
 def _dips(values: Array) -> Mask:
@@ -211,13 +206,13 @@ class BatchedThresholds:
         moved = np.maximum(result.moved, BATCH.roughly).reshape(shape).T
         moved = np.column_stack([moved, moved_last])
         moved[~np.isfinite(paths.states).all(axis=2)] = np.inf
-        proved = find_doubts(multipliers, moved, paths.doubles) == ""
+        proved = are_stable(multipliers, moved, paths.doubles)
         clear = np.column_stack([self._clear(result).reshape(shape).T, clear_last])
         case, column = np.nonzero(~clear & proved[:, None])
         values = self.span[0] + np.array(FRACTIONS)[column] * (paths.ends[case] - self.span[0])
         z = orbits.join(case, paths.states[case, column][:, None], values)
         proved[case[~(orbits.margins(case, z) > 0).all(axis=1)]] = False
-        return np.asarray(proved)
+        return proved
 
 
 def find_orbits(orbits: OrbitBatch, states: Array, values: Array) -> Corrected:
@@ -248,8 +243,8 @@ class _Doubling:
         self._matrices, self.clear = np.full((m, n, n), np.nan), np.zeros(m, bool)
         near = self._before = orbits.join(every, states[:, None], values)
         if orbits.steps is not None:
-            near = correct_many(self._approach, near, APPROACH).z
-        found = correct_many(self._last, near, DOUBLING)
+            near = correct_many(partial(self._steps, CORRECTION.nearly), near, APPROACH).z
+        found = correct_many(partial(self._steps, EXACTLY), near, DOUBLING)
         self.states = orbits.states(every, found.z)[:, 0]
         self.values = found.z[:, -1] * orbits.width
         self.multipliers = np.full(states.shape, complex(np.nan, np.nan))
@@ -264,17 +259,11 @@ class _Doubling:
         self.distance = np.linalg.norm((self.states - states) / orbits.scales, axis=1)
         self.distance[~(self.residuals <= CORRECTION.nearly)] = np.inf
 
-    def _approach(self, rows: Indices, z: Array) -> Array:
-        part = self._orbits.linearize(rows, z, CORRECTION.nearly)
-        self.clear[rows] = part.seen.clear(self._bounds)
-        return self._step(rows, z, part, CORRECTION.nearly)
-
-    def _last(self, rows: Indices, z: Array) -> Array:
-        return self._step(rows, z, self._orbits.linearize(rows, z, EXACTLY), EXACTLY)
-
-    def _step(self, rows: Indices, z: Array, part: Part, tolerance: float) -> Array:
+    def _steps(self, tolerance: float, rows: Indices, z: Array) -> Array:
         """Return the steps of Newton's method."""
-        n = self._orbits.size
+        n, part = self._orbits.size, self._orbits.linearize(rows, z, tolerance)
+        if tolerance > EXACTLY:  # limits are examined
+            self.clear[rows] = part.seen.clear(self._bounds)
         matrices = self._matrices[rows] = part.blocks[:, 0]
         left, values, right = _smallest_singular(matrices + np.eye(n))
         moved = np.linalg.norm(z - self._before[rows], axis=1)

@@ -350,14 +350,16 @@ class _Loci(CurveSet[OrbitPoint]):
         curve = followed.traced.curve
         ends = [parents_of(curve, last, self._settings) for last in followed.traced.reached]
         starts += [start for start in ends if start is not None]
+        wanted = [
+            start
+            for start in starts
+            if start.curve.condition in self._types
+            and start.curve.orbits.period <= self._largest_period
+        ]
         return [
             replace(start, rank=(*followed.start.rank, i), parent=number)
-            for i, start in enumerate(filter(self._is_wanted, starts))
+            for i, start in enumerate(wanted)
         ]
-
-    def _is_wanted(self, start: LocusStart) -> bool:
-        curve = start.curve
-        return curve.condition in self._types and curve.orbits.period <= self._largest_period
 
     def known(self, start: Start[OrbitPoint]) -> int | None:
         """Return the number of the locus that passes a start, if it was followed already."""
