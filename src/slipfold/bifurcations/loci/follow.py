@@ -18,12 +18,12 @@ from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.stops import stop_at_limit, stop_standing, stop_unresolved
 from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
-from slipfold.bifurcations.loci.extremum_equations import equations_of
 from slipfold.bifurcations.loci.locus import Locus, locus_title
 from slipfold.bifurcations.loci.locus_equations import (
     LOCUS,
     LocusEquations,
     begins_or_ends_at,
+    equations_of,
     lies_on,
     mirrors,
 )

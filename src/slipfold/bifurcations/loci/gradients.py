@@ -9,8 +9,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
-from slipfold.bifurcations.loci.extremum_equations import equations_of
-from slipfold.bifurcations.loci.locus_equations import LOCUS
+from slipfold.bifurcations.loci.locus_equations import LOCUS, equations_of
 from slipfold.bifurcations.loci.start import as_unknown, on_a_mesh
 from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS

@@ -7,26 +7,25 @@ from dataclasses import replace
 from itertools import groupby, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
+from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.kinds import Equilibria
-from slipfold.orbits.linearization import Linearization
+from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.measures import Extremal
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.normal_forms.maps import FORMS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PRODUCTS, critical_places, floquet_multipliers
-
-Multipliers = NDArray[np.complex128]
 
 PROJECTIONS = 3
 """Corrections of the first orbit of a locus to one of any kind: each squares the error."""
@@ -107,7 +106,7 @@ class LocusEquations(Critical):
         return np.asarray(guess)
 
     def tests(
-        self, z: Array, linearization: Linearization, multipliers: Multipliers, tangent: Array
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at points of codimension two.
 
@@ -131,7 +130,7 @@ class LocusEquations(Critical):
         return {"first": float(slopes[0]), "second": float(slopes[1])}
 
     def _real_tests(
-        self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
+        self, z: Array, linearization: Linearization, multipliers: Complex, size: float
     ) -> dict[str, float]:
         target = -1.0 if self.condition == "PD" else 1.0
         others = np.delete(multipliers, critical_places(self.condition, multipliers))
@@ -157,7 +156,7 @@ class LocusEquations(Critical):
         return self._coefficient(z, linearization) * poles if abs(poles) > LOCUS.pole else np.nan
 
     def _pair_tests(
-        self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
+        self, z: Array, linearization: Linearization, multipliers: Complex, size: float
     ) -> dict[str, float]:
         places = critical_places(self.condition, multipliers)
         cosine = float(multipliers[places].sum().real / 2)
@@ -219,11 +218,54 @@ class LocusEquations(Critical):
             return np.nan
 
 
-def _product(factors: Multipliers, size: float) -> float:
+class ExtremumEquations(LocusEquations):
+    """A locus of extrema of a measure along branches in one of two parameters.
+
+    Its test function ``measure`` is the derivative of the measure along the locus. Where it is zero
+    the measure has an extremum or a saddle in both parameters, or the held one turns.
+    """
+
+    odd = ("measure", "first", "second")
+
+    def __init__(self, orbits: Orbits, condition: str, extremal: Extremal) -> None:
+        super().__init__(orbits, condition)
+        self._extremal = extremal
+        self.quantity = f"{extremal.measure} {extremal.output}"
+        self.held = self.odd[extremal.held]
+
+    @property
+    def directions(self) -> int:
+        """The two parameters."""
+        return 2
+
+    def tests(
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
+    ) -> dict[str, float]:
+        """Return the functions that change sign where a parameter or the measure is extremal."""
+        rate = self._extremal.gradient(self.orbits, z) @ tangent
+        return {**self._standing(tangent), "measure": float(rate)}
+
+    def _values(self, plain: Linearization, z: Array) -> Array:
+        return np.array([self._extremal.value(self.orbits, plain, z)])
+
+    def _conditions(self, plain: Linearization, z: Array) -> Conditions:
+        return self._extremal.conditions(self.orbits, plain, z)
+
+
+def equations_of(orbits: Orbits, point: SpecialPoint) -> LocusEquations:
+    """Return the equations of the locus of a special point."""
+    if point.type not in EXTREMUM_TYPES:
+        return LocusEquations(orbits, point.type)
+    assert point.measured is not None
+    held = -2 if list(orbits.varied)[-1] == point.vary else -1
+    return ExtremumEquations(orbits, point.type, Extremal(*point.measured, held))
+
+
+def _product(factors: Complex, size: float) -> float:
     return float(factors.prod().real / size)
 
 
-def _pair_product(values: Multipliers, size: float) -> float:
+def _pair_product(values: Complex, size: float) -> float:
     """Product of 1 - a b over all pairs, of order one."""
     n = len(values)
     if n < 2:
@@ -286,7 +328,7 @@ def _beside(
     return None
 
 
-def _spectrum(orbits: Orbits, z: Array) -> Multipliers:
+def _spectrum(orbits: Orbits, z: Array) -> Complex:
     """Return multipliers; of an equilibrium, whose unit of time is its own, eigenvalues."""
     if isinstance(orbits, Equilibria):
         return np.asarray(eigenvalues_of(orbits.jacobian(z)) / orbits.unit(z))
@@ -300,7 +342,7 @@ def _parallel(point: OrbitPoint, along: Array) -> bool:
     return bool(abs(sine) < LOCUS.same * np.linalg.norm(own) * np.linalg.norm(along))
 
 
-def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
+def _same_spectrum(point: OrbitPoint, values: Complex) -> bool:
     own = _spectrum(point.curve.orbits, point.z)
     if len(own) != len(values):
         return False
