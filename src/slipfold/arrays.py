@@ -5,5 +5,5 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Indices = NDArray[np.int64]
+Indices = NDArray[np.intp]
 Complex = NDArray[np.complex128]

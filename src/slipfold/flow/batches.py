@@ -12,9 +12,8 @@ from typing import Any, Protocol
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Mask
 
 TOLERANCE = float(os.environ.get("SLIPFOLD_TOLERANCE", "1e-13"))
 """Local error of a step. It gives multipliers to about 1e-13 for a tenth more time than 1e-12."""
@@ -58,7 +57,7 @@ class Rest(Protocol):
         """Return the states of the remainder at some times, shape (m, n). Shapes: times (m,)."""
 
 
-def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
+def arrive(batch: Any, ends: Array) -> Mask:
     """Integrate a batch to its ends, unless one of its trajectories exceeds the step budget.
 
     Return which lanes arrived. All lanes share one budget.

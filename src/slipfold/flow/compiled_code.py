@@ -22,7 +22,7 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.flow.equations import Constants, Equations
 from slipfold.models.formulas.functions import OPTIMIZATION, compiled_function
 from slipfold.models.model import Kind, Model
@@ -338,7 +338,7 @@ class Evaluated:
 
     def changing_jacobians(
         self, states: Array, phases: Array, constants: Constants
-    ) -> tuple[Array, NDArray[np.intp], Array]:
+    ) -> tuple[Array, Indices, Array]:
         """Evaluate the first Jacobian, and of all those columns that states or phase change.
 
         Shapes: states (m, n); phases (m,); returns (n, n), places (c,), columns (m, n, c).

@@ -9,9 +9,8 @@ from itertools import chain
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Mask
 from slipfold.flow.equations import Constants
 from slipfold.flow.explicit_steps import EXPLICIT, explicit_steps_of
 from slipfold.flow.flow import flow_of
@@ -92,14 +91,14 @@ class BatchSteps:
             result[0][:, behind] = np.nan
         return result
 
-    def _halve(self, again: NDArray[np.bool_], behind: NDArray[np.bool_]) -> None:
+    def _halve(self, again: Mask, behind: Mask) -> None:
         """Repeat the last steps of some trajectories at half their length, and again if needed."""
         which = np.flatnonzero(again)
         ends, arrived = self._in_halves(self._work[:, which], 9)  # halvings until it is left behind
         self._values[: self._n, which] = ends
         behind[which[~arrived]] = True
 
-    def _in_halves(self, work: Array, left: int) -> tuple[Array, NDArray[np.bool_]]:
+    def _in_halves(self, work: Array, left: int) -> tuple[Array, Mask]:
         """Return the states after some steps, and for which trajectories they are accurate."""
         n = self._n
         arrived = np.full(work.shape[1], left > 0)
@@ -120,7 +119,7 @@ class BatchSteps:
             here[n] += here[n + 1] * self._steps.count
         return here[:n], arrived
 
-    def _too_long(self, values: Array) -> NDArray[np.bool_]:
+    def _too_long(self, values: Array) -> Mask:
         return ~(values[self._n] <= EXPLICIT.ensemble_tolerance)
 
     def _pace(self, repeated: float, worst: float) -> None:
@@ -298,7 +297,7 @@ class Ensemble:
         moved = np.isfinite(states).all(axis=1)
         self._states[moved] = states[moved]
 
-    def leave(self, which: NDArray[np.bool_]) -> None:
+    def leave(self, which: Mask) -> None:
         """Stop some trajectories. Shapes: which (k,)."""
         self._left |= which
 
@@ -347,7 +346,7 @@ class StroboscopicSamples:
     states: Array
     stopped: tuple[GuardStop | None, ...]  # why and when each trajectory ended early, length k
     # Whether a contact stuck or was open in the period before each point, shape (k, periods + 1)
-    stuck: NDArray[np.bool_]
+    stuck: Mask
     interrupted: bool = False
 
 

@@ -10,9 +10,8 @@ from functools import cached_property
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Symbols
@@ -45,7 +44,7 @@ class Equations:
         return tuple(self.coefficients[-1] * item for item in self.field)
 
     @cached_property
-    def depends_on(self) -> NDArray[np.bool_]:
+    def depends_on(self) -> Mask:
         """Of each rate the states that are in it, shape (n, n)."""
         result = [set(hy.get_variables([item])) for item in self.field]
         return np.array([[name in variables for name in self.names] for variables in result])
@@ -155,7 +154,7 @@ class Constants:
         """The same with a period of a second: branches in the frequency change nothing else."""
         return replace(self, values=np.append(self.values[:-1], 1.0))
 
-    def rows(self, which: NDArray[np.intp] | int) -> Constants:
+    def rows(self, which: Indices | int) -> Constants:
         """Return the coefficients of some trajectories, by number, without derivatives."""
         if self.values.ndim == 1:
             return self

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Complex
+from slipfold.arrays import Array, Complex, Indices
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
-
-Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +21,7 @@ class Jacobians:
     """Matrices at the s points of m intervals that differ in some columns only."""
 
     common: Array  # one of them, shape (n, n)
-    columns: Places  # those that may change, in their order, shape (c,)
+    columns: Indices  # those that may change, in their order, shape (c,)
     changing: Array  # what stands there, shape (m, s, n, c)
 
     @staticmethod
@@ -50,7 +48,7 @@ class Jacobians:
         return result
 
     @property
-    def changed(self) -> Places:
+    def changed(self) -> Indices:
         """Columns that are not the same everywhere."""
         differ = (self.changing != self.changing[0, 0]).any(axis=(0, 1, 2))
         return self.columns[differ]
@@ -60,7 +58,7 @@ class Jacobians:
         """Whether there are numbers everywhere."""
         return bool(np.isfinite(self.changing).all() and np.isfinite(self.first).all())
 
-    def at(self, columns: Places) -> Array:
+    def at(self, columns: Indices) -> Array:
         """Return some of those columns that may change, shape (m, s, n, ...)."""
         return np.asarray(self.changing[..., np.searchsorted(self.columns, columns)])
 
@@ -141,13 +139,13 @@ class _Modes:
     """A matrix by its eigenvectors; one of each conjugate pair, doubled, stands for both."""
 
     matrix: Array  # shape (n, n)
-    columns: NDArray[np.intp]  # those in which Jacobians differ from its multiples, shape (c,)
+    columns: Indices  # those in which Jacobians differ from its multiples, shape (c,)
     values: Complex  # eigenvalues, shape (p,)
     left: Complex  # what there is of each in a state, shape (p, n)
     right: Complex  # what each does to the state, shape (n, p)
 
     @staticmethod
-    def of(matrix: Array, columns: NDArray[np.intp]) -> _Modes | None:
+    def of(matrix: Array, columns: Indices) -> _Modes | None:
         """Return them, None where eigenvectors nearly coincide."""
         values, right = np.linalg.eig(matrix)
         try:
@@ -469,7 +467,7 @@ class Stages:
         grown = self.points.transform[-1] @ self.slopes * self.lengths[:, None]
         return float(np.abs(grown).max()) / (2 * (2 * len(self.points.points) - 1))
 
-    def at(self, fractions: Array, which: NDArray[np.intp]) -> Array:
+    def at(self, fractions: Array, which: Indices) -> Array:
         """Evaluate the polynomials of some intervals, each at places of its own.
 
         Shapes: fractions (q, p); which (q,); returns (q, p, n).

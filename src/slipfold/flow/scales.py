@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import PHASES, linear_responses, mean_states
@@ -54,7 +53,7 @@ TRIAL = np.linspace(0.0, SCALES.periods, SCALES.periods * SCALES.samples + 1)
 """Phases of a trial trajectory."""
 
 
-def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
+def balanced(matrix: Array, rate: float, loops: Indices) -> Array:
     """Return the scales of states that balance a system's matrix, shape (n,).
 
     Each group of coupled states has a free factor; its first state has the scale one.
@@ -84,7 +83,7 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     return size / size[groups]
 
 
-def coupled(matrix: Array) -> NDArray[np.intp]:
+def coupled(matrix: Array) -> Indices:
     """Return for each state the first state coupled with it, directly or not.
 
     Shapes: matrix (n, n).
@@ -98,7 +97,7 @@ def coupled(matrix: Array) -> NDArray[np.intp]:
         first = nearest
 
 
-def loops_of(depends_on: NDArray[np.bool_]) -> NDArray[np.intp]:
+def loops_of(depends_on: Mask) -> Indices:
     """Return for each state the first state in a feedback loop with it.
 
     Shapes: depends_on (n, n), whether each rate depends on each state.
@@ -109,7 +108,7 @@ def loops_of(depends_on: NDArray[np.bool_]) -> NDArray[np.intp]:
     return np.asarray((reached & reached.T).argmax(axis=1))
 
 
-def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
+def largest_in(loops: Indices, values: Array) -> Array:
     """Return for each state the largest value in its loop. Shapes: values (n,)."""
     result = np.zeros(loops.max() + 1)
     np.fmax.at(result, loops, values)  # NaN is unknown
@@ -290,17 +289,17 @@ class _View:
         return self._balanced(self.slopes)
 
     @cached_property
-    def groups(self) -> NDArray[np.intp]:
+    def groups(self) -> Indices:
         """The first state coupled with each one."""
         return coupled(self.slopes)
 
     @cached_property
-    def loops(self) -> NDArray[np.intp]:
+    def loops(self) -> Indices:
         """The first state in a feedback loop with each one, at any state."""
         return loops_of(self.flow.equations.depends_on)
 
     @cached_property
-    def lags(self) -> NDArray[np.bool_]:
+    def lags(self) -> Mask:
         """Whether each state decays by itself, and slowly under forcing, as a temperature does.
 
         Its mean, which varies along a branch, is larger than the motion about it.
@@ -496,7 +495,7 @@ class _View:
                 break
         return states
 
-    def _bent_distance(self, group: NDArray[np.bool_]) -> float:
+    def _bent_distance(self, group: Mask) -> float:
         """Return the distance from rest, in balanced states, at which rates bend, or NaN."""
         phase, ratios = PHASES[5:6], self.ratios[group]
         still = self.flow.rates(self.rest[None], phase, self.constants)

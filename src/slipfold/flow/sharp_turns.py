@@ -16,9 +16,8 @@ from typing import Any
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Mask
 from slipfold.errors import InputError
 from slipfold.flow.compiled_code import numbers_of
 from slipfold.flow.equations import Equations, Scaled
@@ -176,9 +175,7 @@ def invariant_groups(rates: Callable[[Array], Array], count: int) -> list[Group]
     return sorted(group for group in groups if not any(set(g) < set(group) for g in groups))
 
 
-def _vanishes(
-    rates: Callable[[Array], Array], count: int, groups: list[Group]
-) -> NDArray[np.bool_]:
+def _vanishes(rates: Callable[[Array], Array], count: int, groups: list[Group]) -> Mask:
     """Whether each rate vanishes where a group does, shape (number of groups, n)."""
     states = np.random.default_rng(2).uniform(0.5, 1.5, (len(groups), 2, count))  # random places
     for index, group in enumerate(groups):

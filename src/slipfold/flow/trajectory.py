@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.errors import InputError, unknown
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.contact_trajectory import Samples, dense_phases, joined_samples, sample_hybrid
@@ -63,7 +63,7 @@ class Sticking(Documented):
 
     contacts: Annotated[tuple[str, ...], "Their names."]
     modes: Annotated[
-        NDArray[np.int64],
+        Indices,
         "What each contact does at the start of every forcing period, shape (periods + 1, "
         "n_contacts): 0 sticks, 1 slips, -1 slips backwards, 2 is open.",
     ]
@@ -463,7 +463,7 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     return minimum * scales, maximum * scales
 
 
-def _may_be_extreme(slow: SlowPolynomials) -> NDArray[np.bool_]:
+def _may_be_extreme(slow: SlowPolynomials) -> Mask:
     """Whether held states may be extreme within a step, judged by five places of each."""
     few = slow.nodes(np.linspace(0.0, 1.0, 5))[0][:, :, list(slow.held)]
     low, high = few.min(axis=1), few.max(axis=1)

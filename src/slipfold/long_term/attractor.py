@@ -7,9 +7,8 @@ from typing import Annotated
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
@@ -43,7 +42,7 @@ class Attractor(Documented):
     ]
     duration: Annotated[float | None, "Seconds that a cycle takes; None for others."]
     multipliers: Annotated[
-        NDArray[np.complex128],
+        Complex,
         "Floquet multipliers, the largest first, complex, shape (n_states,); of an equilibrium its "
         "eigenvalues in 1/s; NaN for a torus or chaos.",
     ]

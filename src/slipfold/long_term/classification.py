@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.flow.ensembles import BatchSteps, Ensemble, models_with
 from slipfold.flow.equilibrium import EQUILIBRIUM
 from slipfold.flow.explicit_steps import EXPLICIT
@@ -38,7 +38,7 @@ class CLASSIFICATION:
     margin: int = 2  # cells between a place and the border of its region
 
 
-def repeats_of(model: ScaledStates, states: Array, longest: int = 16) -> NDArray[np.int64]:
+def repeats_of(model: ScaledStates, states: Array, longest: int = 16) -> Indices:
     """Return the period of each trajectory in states; 0 where it is unknown.
 
     The change over a period is an error of the integration, or it shrinks so fast that the changes
@@ -111,7 +111,7 @@ class Classified:
     """What trajectories do; shapes (k, ...), or of r runs (r, k, ...)."""
 
     kinds: NDArray[np.object_]
-    periods: NDArray[np.int64]
+    periods: Indices
     exponents: Array
     states: Array
     means: Array
@@ -223,7 +223,7 @@ class _Pairs:
         self._last[self._done % CLASSIFICATION.recent] = base
         self._done += 1
 
-    def judge(self, result: Classified, rows: NDArray[np.intp]) -> None:
+    def judge(self, result: Classified, rows: Indices) -> None:
         """Classify the trajectories where the evidence is clear."""
         last = np.roll(self._last, -(self._done % CLASSIFICATION.recent), axis=0)
         stopped = np.array([stop is not None for stop in self._ensemble.stopped])[::2]
@@ -324,7 +324,7 @@ class TrajectoryGrid:
             rows = cells[first : first + CLASSIFICATION.batch]
             self.follow(run, rows, np.tile(self.start, (len(rows), 1)))
 
-    def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
+    def follow(self, run: int, cells: Indices, starts: Array) -> Array:
         """Follow trajectories in some cells; return last states, or the start if they ended."""
         result = self._followed(cells, starts)
         self.known.put((run, cells), result)
@@ -333,11 +333,11 @@ class TrajectoryGrid:
             np.isnan(result.states).any(axis=1, keepdims=True), self.start, result.states
         )
 
-    def judged(self, cells: NDArray[np.intp], starts: Array) -> Classified:
+    def judged(self, cells: Indices, starts: Array) -> Classified:
         """Follow and classify trajectories in some cells without storing them."""
         return self._followed_again(cells, self._followed(cells, starts))
 
-    def _followed_again(self, cells: NDArray[np.intp], result: Classified) -> Classified:
+    def _followed_again(self, cells: Indices, result: Classified) -> Classified:
         """Follow trajectories that still converge once more: near a saddle they leave again."""
         nearer = np.flatnonzero((result.periods > 0) & (result.changes > CLASSIFICATION.floor))
         if len(nearer):
@@ -345,7 +345,7 @@ class TrajectoryGrid:
             result.put(nearer, self._followed(cells[nearer], result.states[nearer]))
         return result
 
-    def _followed(self, cells: NDArray[np.intp], starts: Array) -> Classified:
+    def _followed(self, cells: Indices, starts: Array) -> Classified:
         """Follow trajectories once."""
         models = [self.models[cell] for cell in cells]
         total = self.periods_of_a_motion
@@ -367,7 +367,7 @@ class TrajectoryGrid:
         window[:, stuck >= CLASSIFICATION.stuck] = np.nan  # they were left where they were
         return self._judge(window, np.where(stopped[:, None], np.nan, states), sticks)
 
-    def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Classified:
+    def _judge(self, window: Array, states: Array, sticks: Mask) -> Classified:
         """Classify trajectories, as far as they repeat, stick or stopped."""
         model = self.models[0]
         periods = repeats_of(model, window.transpose(1, 0, 2))
@@ -395,7 +395,7 @@ class TrajectoryGrid:
             if interrupted:
                 raise KeyboardInterrupt
 
-    def classified_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Classified, bool]:
+    def classified_open(self, cells: Indices, states: Array) -> tuple[Classified, bool]:
         """Follow trajectories for longer; return classes, and whether that was interrupted."""
         return classify_open([self.models[cell] for cell in cells], states, self._report_pairs)
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from slipfold.arrays import Array
 from slipfold.errors import InputError, unknown
 from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory, contact_trajectories
 from slipfold.flow.flow import flow_of
@@ -16,7 +14,7 @@ from slipfold.models.model import Model
 from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-Start = tuple[NDArray[np.float64], Mode | None]
+Start = tuple[Array, Mode | None]
 """A state, and the mode of its contacts where that is known."""
 
 
@@ -37,11 +35,11 @@ class ContactRounds:
             return "m", "m/s", "N"
         return "", "", ""
 
-    def time(self, piece: ContactPhase) -> NDArray[np.float64]:
+    def time(self, piece: ContactPhase) -> Array:
         """Return the times of a piece."""
         return self.begin + self.unit * piece.phase
 
-    def seconds(self, piece: ContactPhase) -> NDArray[np.float64]:
+    def seconds(self, piece: ContactPhase) -> Array:
         """Return the times of a piece in s, from the first round on."""
         return piece.phase * flow_of(self.model).constants_of(self.model).period
 

@@ -6,9 +6,8 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.bifurcations.loci.window import Window, locus_progress
 from slipfold.flow.flow import flow_of
@@ -28,9 +27,6 @@ from slipfold.models.angles import distances
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 
-Rows = NDArray[np.intp]
-
-
 NONE = "none"
 """Kind of a run in a cell without a further trajectory."""
 
@@ -43,7 +39,7 @@ STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 """Steps from a cell to its neighbors along the first and the second parameter."""
 
 
-def continue_to_neighbors(work: TrajectoryGrid, grid: Rows) -> None:
+def continue_to_neighbors(work: TrajectoryGrid, grid: Indices) -> None:
     """Continue each trajectory of each cell to the cells next to it, until none is new.
 
     A trajectory is new if the cell has none of its kind, or, if it repeats, none of its period and
@@ -60,7 +56,7 @@ def continue_to_neighbors(work: TrajectoryGrid, grid: Rows) -> None:
         new = np.concatenate([np.empty((0, 2), np.intp), *result])
 
 
-def _distinct(work: TrajectoryGrid) -> Rows:
+def _distinct(work: TrajectoryGrid) -> Indices:
     """Return run and cell of each trajectory that no earlier run has in that cell."""
     cells = np.arange(work.known.kinds.shape[1])
     result = []
@@ -71,7 +67,7 @@ def _distinct(work: TrajectoryGrid) -> Rows:
     return np.concatenate(result)
 
 
-def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
+def _proposals(work: TrajectoryGrid, grid: Indices, sources: Indices) -> Indices:
     """Return run and cell of trajectories, each with a neighboring cell to continue it to."""
     shape = grid.shape
     result = []
@@ -92,7 +88,7 @@ def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
     return proposals[~(sticks & stuck_there)]
 
 
-def _continued(work: TrajectoryGrid, proposals: Rows) -> Rows:
+def _continued(work: TrajectoryGrid, proposals: Indices) -> Indices:
     """Follow some proposals; store what is new, and return its runs and cells."""
     runs, cells, targets = proposals.T
     result = work.judged(targets, work.known.states[runs, cells])
@@ -111,7 +107,7 @@ def _continued(work: TrajectoryGrid, proposals: Rows) -> Rows:
     return _stored(work, targets, result, np.flatnonzero(new))
 
 
-def _stored(work: TrajectoryGrid, targets: Rows, result: Classified, rows: Rows) -> Rows:
+def _stored(work: TrajectoryGrid, targets: Indices, result: Classified, rows: Indices) -> Indices:
     """Store trajectories that are new, one after the other; return their runs and cells."""
     kept = []
     for row in rows:
@@ -129,8 +125,8 @@ def _stored(work: TrajectoryGrid, targets: Rows, result: Classified, rows: Rows)
 
 
 def _known(
-    work: TrajectoryGrid, cells: Rows, result: Classified, runs: int | None = None
-) -> NDArray[np.bool_]:
+    work: TrajectoryGrid, cells: Indices, result: Classified, runs: int | None = None
+) -> Mask:
     """Whether the first runs, or all of them, have the trajectories in their cells already."""
     known = ~np.isin(result.kinds, (PERIODIC, STICKS, *APERIODIC))
     for run in range(len(work.known.kinds) if runs is None else runs):
@@ -138,9 +134,7 @@ def _known(
     return known
 
 
-def _same(
-    work: TrajectoryGrid, cells: Rows, one: Classified, other: Classified
-) -> NDArray[np.bool_]:
+def _same(work: TrajectoryGrid, cells: Indices, one: Classified, other: Classified) -> Mask:
     """Whether pairs of trajectories are the same, or may be if one is undecided."""
     apart = distances(work.models[0], one.means, other.means)
     alike = (one.kinds == other.kinds) & (one.periods == other.periods)
@@ -153,7 +147,7 @@ def _same(
     return same | both & ((one.kinds == UNDECIDED) | (other.kinds == UNDECIDED))
 
 
-def _shifted(work: TrajectoryGrid, cells: Rows, one: Array, other: Array) -> NDArray[np.bool_]:
+def _shifted(work: TrajectoryGrid, cells: Indices, one: Array, other: Array) -> Mask:
     """Whether a shift, as to the next of a pendulum's wells, changes far less than part of it."""
     flow, count = flow_of(work.model), len(cells)
     vectors = np.array([work.models[cell].vector for cell in cells])
@@ -203,7 +197,7 @@ def find_regimes(
     return work, interrupted
 
 
-def _sweep(work: TrajectoryGrid, lines: NDArray[np.intp]) -> None:
+def _sweep(work: TrajectoryGrid, lines: Indices) -> None:
     """Continue trajectories along the second parameter, up and down again."""
     states = np.tile(work.start, (lines.shape[0], 1))
     for index in range(lines.shape[1]):
@@ -219,9 +213,6 @@ def _name_alike(work: TrajectoryGrid) -> None:
         rows = (run, cells), (later, cells)
         same = _same(work, cells, *map(known.rows, rows)) & (known.kinds[later] == PERIODIC)
         known.means[later, same] = known.means[run, same]
-
-
-Labels = NDArray[np.int64]
 
 
 def resolve_regions(
@@ -308,7 +299,7 @@ def _places(
     return result or [region.place]
 
 
-def _within(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _within(mask: Mask) -> Mask:
     """Return the cells of an area away from its borders; the edge of the map is not a border."""
     rows, columns = mask.shape
     padded = np.pad(mask, CLASSIFICATION.margin, mode="edge")

@@ -9,9 +9,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.errors import InputError, unknown
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.ensembles import released
@@ -94,7 +93,7 @@ class SearchResult:
 
     model: Model
     attractors: tuple[Attractor, ...]
-    labels: NDArray[np.int64]  # of each start: number of an attractor, or what else was reached
+    labels: Indices  # of each start: number of an attractor, or what else was reached
     ends: dict[str, int]  # how many trajectories ended early, by the kind of their end
     interrupted: bool
     known: tuple[AttractorRegion, ...] = ()  # the attractors with what lies near them
@@ -179,7 +178,7 @@ class _Search:
         )
 
     @property
-    def _open(self) -> NDArray[np.intp]:
+    def _open(self) -> Indices:
         return np.flatnonzero(self._labels == UNFINISHED)
 
     def _advance(self, periods: int) -> None:
@@ -310,7 +309,7 @@ def find_basins(
     starts_at: Callable[[Array, Array], tuple[Array, Array]],
     periods: int | None,
     observer: Observer | None,
-) -> tuple[SearchResult, NDArray[np.int64]]:
+) -> tuple[SearchResult, Indices]:
     """Label the cells of a plane by their attractors, and mark uncertain cells.
 
     Trajectories start at the centers of cells, then at their corners. Cells whose labels differ and
@@ -351,19 +350,16 @@ def _edges(values: Array) -> Array:
     return np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1]), values[-1:]])
 
 
-def _differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _differ(one: Indices, other: Indices) -> Mask:
     """Whether two known labels differ."""
     return np.asarray((one != other) & (one != UNFINISHED) & (other != UNFINISHED))
-
-
-Labels = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Fractions:
     """Attractors and labels of starts at each value of a parameter."""
 
-    labels: Labels  # shape (n_values, n_starts)
+    labels: Indices  # shape (n_values, n_starts)
     attractors: tuple[tuple[Attractor, ...], ...]  # of each value, none where it was not finished
     ends: dict[str, int]  # how many trajectories ended early, by the kind of their end
     interrupted: bool
@@ -411,7 +407,11 @@ def find_fractions(
 
 
 def _numbers(
-    result: Sequence[Attractor], before: Sequence[Attractor], led: Labels, scales: Array, known: int
+    result: Sequence[Attractor],
+    before: Sequence[Attractor],
+    led: Indices,
+    scales: Array,
+    known: int,
 ) -> dict[int, int]:
     """Return the number of each attractor: that of its predecessor of the same kind, or a new one.
 

@@ -8,9 +8,8 @@ from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.bifurcations.branches.gaps import BranchSearch
 from slipfold.errors import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
@@ -51,7 +50,7 @@ class Trajectories:
         self._periods = np.zeros(len(starts), int)
         self._period = flow_of(model).constants_of(model).period
 
-    def advance(self, which: NDArray[np.intp], periods: int) -> Array:
+    def advance(self, which: Indices, periods: int) -> Array:
         """Continue some trajectories; return their states at the start of each period and the end.
 
         States after the end of a trajectory are NaN. Shapes: returns (k, periods + 1, n).
@@ -162,7 +161,7 @@ class AttractorRegion(ABC):
         self._scales, self._whole = model.state_scales(), model.angle_periods
 
     @abstractmethod
-    def catches(self, states: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> Mask:
         """Whether the last states of trajectories lie in the region. Shapes: (k, m, n) to (k,)."""
 
     @abstractmethod
@@ -202,7 +201,7 @@ class PointRegion(AttractorRegion):
         self._rate = 0.5 * (1 + np.sqrt(radius))
         self._radius = self._find_radius(model)
 
-    def catches(self, states: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> Mask:
         """Whether one of the states lies in the region."""
         return np.asarray((self._length(states) < self._radius).any(axis=1))
 
@@ -242,7 +241,7 @@ class CycleRegion(AttractorRegion):
         self._intervals = int(np.ceil(rounds * orbit.duration / model.values["duration"]))
         self._radius = self._find_radius(model)
 
-    def catches(self, states: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> Mask:
         """Whether the last state lies in the region."""
         return np.asarray(self.distance(states[:, -1]) < self._radius)
 
@@ -283,7 +282,7 @@ class CloudRegion(AttractorRegion):
             np.quantile(others.query(self._embedded(self.points[half:]))[0], ATTRACTOR.inside)
         )
 
-    def catches(self, states: Array) -> NDArray[np.bool_]:
+    def catches(self, states: Array) -> Mask:
         """Whether nearly all states of a trajectory lie on it."""
         return np.asarray((self.distance(states) < self._radius).mean(axis=1) >= ATTRACTOR.inside)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import correct
@@ -70,11 +69,9 @@ class CollocatedOrbit(OneLine, ReadOnly):
 
     model: Annotated[Model, "The model; of a cycle, its ``duration`` is that of the guess."]
     period: Annotated[int, "Period in forcing periods, or revolutions of a cycle."]
-    edges: Annotated[NDArray[np.float64], "Phases of the ends of the N intervals, shape (N + 1,)."]
-    states: Annotated[
-        NDArray[np.float64], "States at the beginning of each interval, shape (N, n_states)."
-    ]
-    anchors: Annotated[NDArray[np.float64], "States at `period` * j / M, shape (M, n_states)."]
+    edges: Annotated[Array, "Phases of the ends of the N intervals, shape (N + 1,)."]
+    states: Annotated[Array, "States at the beginning of each interval, shape (N, n_states)."]
+    anchors: Annotated[Array, "States at `period` * j / M, shape (M, n_states)."]
     duration: Annotated[float, "Duration of the whole orbit in seconds."]
     multipliers: Annotated[
         Complex,

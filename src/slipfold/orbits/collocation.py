@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import MANY, Field, LinearPart, Stages, solve_intervals
 from slipfold.models.model import Model
@@ -22,8 +21,6 @@ from slipfold.orbits.meshes import (
     spread,
     steepness,
 )
-
-Places = NDArray[np.intp]
 
 
 class MESH:
@@ -255,7 +252,7 @@ class Collocation(MeshDiscretization):
 
     def _ended(
         self, nodes: Array, constants: Constants, phases: Array, *, derived: bool = True
-    ) -> tuple[Stages, Places]:
+    ) -> tuple[Stages, Indices]:
         """Intervals that end at any phases, solved from the nodes before them."""
         scaled, (which, within) = nodes / self.scales, self.before(phases)
         solved = self._solved(scaled, constants, derived=derived)
@@ -270,7 +267,7 @@ class Collocation(MeshDiscretization):
 
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
-    ) -> tuple[Places, Array, Array, Array]:
+    ) -> tuple[Indices, Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""
         part, which = self._ended(nodes, constants, phases)
         by_parameters = part.answered(

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.collocation_points import CollocationPoints, gauss_points, radau_points
 from slipfold.continuation.newton import SINGULAR
 from slipfold.flow.equations import Constants, power_of_two
@@ -234,7 +233,7 @@ class Discretization(ABC):
     @abstractmethod
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
-    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+    ) -> tuple[Indices, Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and their derivatives.
 
         Shapes: nodes (m, n); phases (q,); returns which (q,), states (q, n), matrices (q, n, n),
@@ -296,7 +295,7 @@ class Discretization(ABC):
             return nodes
         return other.states(nodes, constants, self.start)
 
-    def before(self, phases: Array) -> tuple[NDArray[np.intp], Array]:
+    def before(self, phases: Array) -> tuple[Indices, Array]:
         """Return the segments in which phases lie, and the phases brought into the orbit.
 
         Shapes: phases (q,).
@@ -338,7 +337,7 @@ class Discretization(ABC):
 
     def flows_at(
         self, nodes: Array, constants: Constants, phases: Array
-    ) -> list[tuple[Flow, NDArray[np.intp]]]:
+    ) -> list[tuple[Flow, Indices]]:
         """Return the flows at phases, each with the rows of those at which it holds.
 
         Shapes: nodes (m, n); phases (q,).

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.errors import index_of
@@ -181,7 +180,7 @@ def find_extrema(
 
 
 def _extrema_of_orbits(
-    model: Model, constants: Constants, nodes: Array, period: int, columns: NDArray[np.int64]
+    model: Model, constants: Constants, nodes: Array, period: int, columns: Indices
 ) -> tuple[Array, Array]:
     """Extrema of some outputs over some orbits, each of shape (n_orbits, n_outputs)."""
     flow, (count, segments) = flow_of(model), nodes.shape[:2]
@@ -311,9 +310,7 @@ def _look_closer(
         orbits, begins = orbits[rows], (closer[rows, places], times[rows, places])
 
 
-def _jumps(
-    values: Array, spread: Array, *, closed: bool = True
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _jumps(values: Array, spread: Array, *, closed: bool = True) -> tuple[Indices, Indices]:
     """Return where an output jumps from one sample to the next, and beside: rows and samples.
 
     Shapes: values (n_rows, n_samples, n_outputs); spread (n_rows, n_outputs), the range of each.
@@ -333,7 +330,7 @@ def refine_minimum(
     states: Array,
     start: Array,
     spacing: float | Array,
-    columns: NDArray[np.int64],
+    columns: Indices,
     signs: Array,
     enough: Array | None = None,
 ) -> Array:
@@ -386,7 +383,7 @@ def _is_smooth(values: Array) -> Mask:
     return np.asarray(np.abs(values @ _SIXTH) <= PEAKS.smooth * np.abs(values).max(axis=1))
 
 
-def _middle(values: Array) -> NDArray[np.intp]:
+def _middle(values: Array) -> Indices:
     """Return which of samples has the lowest in its neighborhood, (k, 2 neighbors + 1) to (k,)."""
     return np.minimum(np.maximum(values.argmin(axis=1), 1), len(_PLACES) - 2)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Complex
+from slipfold.arrays import Array, Complex, Indices
 from slipfold.continuation.newton import NEWTON
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
@@ -65,7 +64,7 @@ class VectorField(Discretization):
 
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
-    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+    ) -> tuple[Indices, Array, Array, Array]:
         """Return the same state at any phases, with its derivatives."""
         count, n = len(phases), nodes.shape[1]
         vectors = np.zeros((count, n, len(self.units)))

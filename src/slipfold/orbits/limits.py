@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
@@ -113,7 +112,7 @@ def many_margins(
     return np.asarray(lowest - bounds), far - bounds
 
 
-def _watched(flow: Flow, limits: Sequence[Limit]) -> tuple[NDArray[np.int64], Array]:
+def _watched(flow: Flow, limits: Sequence[Limit]) -> tuple[Indices, Array]:
     """Return the columns of outputs that limits watch, and their bounds."""
     columns = [flow.output_index(limit.output) for limit in limits]
     return np.array(columns, dtype=np.int64), np.array([limit.bound for limit in limits])

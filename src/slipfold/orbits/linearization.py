@@ -9,12 +9,9 @@ from math import isfinite, log, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.continuation.newton import LeastSquares, SquareMatrix, WholeMatrix
-
-Places = NDArray[np.intp]
 
 
 class ELIMINATION:
@@ -184,7 +181,7 @@ class Condensed(Sparse):
 
 
 @cache
-def _pattern(m: int, n: int, k: int) -> tuple[Places, Places, Places]:
+def _pattern(m: int, n: int, k: int) -> tuple[Indices, Indices, Indices]:
     """Order of the entries by column, their rows, and where columns begin."""
     size, width = m * n, m * n + k
     inner = np.arange(n)
@@ -202,7 +199,7 @@ def _pattern(m: int, n: int, k: int) -> tuple[Places, Places, Places]:
     return order, rows[order].astype(np.int32), begins.astype(np.int32)
 
 
-def _parity(permutation: Places) -> int:
+def _parity(permutation: Indices) -> int:
     """Return 1 for an even permutation, -1 for an odd one."""
     seen, sign = np.zeros(len(permutation), dtype=bool), 1
     following = permutation.tolist()
@@ -391,7 +388,7 @@ def defect_of(residual: Array, values: Array) -> Array:
 
 
 @cache
-def _places(m: int, n: int, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _places(m: int, n: int, k: int) -> tuple[Indices, Indices]:
     """Flat places of the transition matrices in a Jacobian, and of the ones to be subtracted."""
     width, size = m * n + k, m * n
     inside = np.arange(n)[:, None] * width + np.arange(n)[None, :]

@@ -7,14 +7,13 @@ from functools import reduce
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Complex
+from slipfold.arrays import Array, Complex, Indices
 from slipfold.orbits.linearization import MANY, Linearization
 from slipfold.orbits.test_functions import ORBIT_TESTS, Degeneracy, floquet_multipliers
 
 
-def growth_bound(blocks: NDArray[np.float64]) -> float:
+def growth_bound(blocks: Array) -> float:
     r"""Return an upper bound of :math:`\log |\mu|` over all multipliers :math:`\mu`.
 
     The spectral radius of the product of the segments' transition matrices is at most the product
@@ -161,7 +160,7 @@ def multiplier_differences(values: Complex, others: Complex, near: float = QR.do
     return np.array(distances)
 
 
-def _kept_apart(matrices: Array) -> NDArray[np.intp]:
+def _kept_apart(matrices: Array) -> Indices:
     """Return where products of neighbors begin that lose two digits, or more if there are many.
 
     The root mean square of singular values over their mean says how far they are apart.

@@ -8,9 +8,8 @@ from itertools import accumulate
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.flow.equations import Constants
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -106,7 +105,7 @@ class Shooting(Discretization):
 
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
-    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+    ) -> tuple[Indices, Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""
         which, within = self.before(phases)
         return which, *self.propagate(nodes[which], self.start[which], within, constants)

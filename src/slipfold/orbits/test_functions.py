@@ -8,13 +8,12 @@ from functools import cache
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex, Indices
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 
 
-def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128]:
+def floquet_multipliers(monodromy: Array) -> Complex:
     """Return the multipliers, largest modulus first, the upper one of a pair before the lower.
 
     Shapes: monodromy (..., n, n); returns (..., n).
@@ -28,9 +27,7 @@ def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128
     return values[order] if values.ndim == 1 else np.take_along_axis(values, order, axis=-1)
 
 
-def match_multipliers(
-    values: NDArray[np.complex128], others: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
+def match_multipliers(values: Complex, others: Complex) -> Complex:
     """Return `others` in the order in which they lie nearest `values`.
 
     Shapes: values, others (n,).
@@ -53,9 +50,7 @@ SHRUNK = 0.25
 less where multipliers far inside the circle do, but give less warning before one is on it."""
 
 
-def evaluate_tests(
-    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ORBIT_TESTS
-) -> dict[str, float]:
+def evaluate_tests(multipliers: Complex, names: tuple[str, ...] = ORBIT_TESTS) -> dict[str, float]:
     r"""Evaluate the test functions of period doubling, folds and tori.
 
     ``PD`` has the zeros of det(I + M), ``fold`` those of det(I - M), at folds and branch points
@@ -76,9 +71,7 @@ def evaluate_tests(
     return dict(zip(names, evaluate_each(multipliers, names).tolist(), strict=True))
 
 
-def evaluate_each(
-    multipliers: NDArray[np.complex128], names: tuple[str, ...] = ORBIT_TESTS
-) -> Array:
+def evaluate_each(multipliers: Complex, names: tuple[str, ...] = ORBIT_TESTS) -> Array:
     """Evaluate the test functions of several orbits.
 
     Shapes: multipliers (..., n); returns (..., names).
@@ -101,16 +94,16 @@ def evaluate_each(
 
 
 @cache
-def _pairs(n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _pairs(n: int) -> tuple[Indices, Indices]:
     return np.triu_indices(n, k=1)
 
 
-def _of_two(multipliers: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _of_two(multipliers: Complex) -> Complex:
     first, second = _pairs(multipliers.shape[-1])
     return multipliers[..., first] * multipliers[..., second]
 
 
-PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] = {
+PRODUCTS: dict[str, Callable[[Complex], Complex]] = {
     "PD": lambda multipliers: -multipliers,
     "fold": lambda multipliers: multipliers,
     "NS": _of_two,
@@ -174,7 +167,7 @@ def degeneracy(kind: str, monodromy: Array, pair: tuple[int, int] | None = None)
     return Degeneracy(found.value / size, found.left / size, found.right)
 
 
-def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None:
+def critical_pair(multipliers: Complex) -> tuple[int, int] | None:
     """Return the places of the two multipliers whose product is nearest to one.
 
     Complex pairs count, and real ones that lie together as two that just met do.
@@ -197,7 +190,7 @@ ALIKE = 1e-6
 """Multipliers this near to each other are one that is there more than once."""
 
 
-def angles_on_circle(multipliers: NDArray[np.complex128]) -> Array:
+def angles_on_circle(multipliers: Complex) -> Array:
     """Return the angles of the complex pairs on the unit circle, one a pair.
 
     Shapes: multipliers (n,).
@@ -206,7 +199,7 @@ def angles_on_circle(multipliers: NDArray[np.complex128]) -> Array:
     return np.angle(multipliers[on])
 
 
-def critical_places(kind: str, multipliers: NDArray[np.complex128]) -> NDArray[np.int64]:
+def critical_places(kind: str, multipliers: Complex) -> Indices:
     """Return the places of the multipliers that make an orbit critical.
 
     Shapes: multipliers (n,).

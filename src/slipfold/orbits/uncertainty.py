@@ -8,7 +8,6 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import NEWTON, correct
@@ -34,7 +33,7 @@ SPREAD = 2.0
 """Two computations differ by a sample of both their errors; one twice as large is no surprise."""
 
 
-def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -> Array:
+def multiplier_rounding(monodromy: Array, multipliers: Complex) -> Array:
     r"""Return what rounding of the monodromy matrix can do to each multiplier, shape (n,).
 
     An eigenvalue with left and right vectors l, r moves by :math:`|l| |r| / |l^* r|` times the
@@ -57,9 +56,7 @@ def multiplier_rounding(monodromy: Array, multipliers: NDArray[np.complex128]) -
     return np.asarray(moved[nearest], dtype=float)
 
 
-def multiplier_change(
-    values: NDArray[np.complex128], others: NDArray[np.complex128], monodromy: Array
-) -> Array:
+def multiplier_change(values: Complex, others: Complex, monodromy: Array) -> Array:
     """Return how uncertain multipliers are that were computed twice, shape (n,)."""
     change = np.abs(values - match_multipliers(values, others))
     return SPREAD * change + multiplier_rounding(monodromy, values)
@@ -171,7 +168,7 @@ def multiplier_uncertainty(
     parameters: Array,
     nodes: Array,
     period: int,
-    multipliers: NDArray[np.complex128],
+    multipliers: Complex,
     cut: Cut | None = None,
 ) -> Array:
     """Return how much each multiplier moves when the monodromy matrix is computed again.

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array, Indices, Mask
+from slipfold.arrays import Array, Complex, Indices, Mask
 from slipfold.bifurcations.branches.batched_walk import BATCH
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.continuation.locate import ZERO
@@ -69,7 +68,7 @@ class Paths:
         )
 
 
-def are_stable(multipliers: NDArray[np.complex128], moved: Array, doubles: Mask) -> Mask:
+def are_stable(multipliers: Complex, moved: Array, doubles: Mask) -> Mask:
     r"""Return which responses are certainly stable before their ends.
 
     All multipliers must be inside the unit circle, except the one at -1 where a response ends at
@@ -120,7 +119,7 @@ class StableParts:
     # not, the other values have no meaning.
     proved: Mask
     paths: Paths
-    multipliers: NDArray[np.complex128]  # Floquet multipliers at the end, shape (m, n)
+    multipliers: Complex  # Floquet multipliers at the end, shape (m, n)
     residuals: Array  # how far the orbit there fails to close, in scaled states, shape (m,)
 
 

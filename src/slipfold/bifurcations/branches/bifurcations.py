@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch_point import find_crossing
@@ -456,7 +455,7 @@ def _has_real_pair(point: OrbitPoint) -> bool:
     )
 
 
-def _nearest_pair(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _nearest_pair(values: Complex) -> Complex:
     """Return the two multipliers whose product is nearest to one. Shapes: values (n,)."""
     first, second = np.triu_indices(len(values), k=1)
     if not len(first):
@@ -549,7 +548,7 @@ def _turns(found: Found) -> bool:
     return bool(own < BIFURCATION.turning and (other is None or own <= abs(other[-1])))
 
 
-def is_torus(values: NDArray[np.complex128]) -> bool:
+def is_torus(values: Complex) -> bool:
     """Whether the product nearest to one is that of a complex pair on the unit circle.
 
     Shapes: values (n,).

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Complex
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED, REQUESTED_TYPES
 from slipfold.text import outside
-
-Multipliers = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +23,7 @@ class StabilityInterval:
     # Arclength of its ends
     begin: float
     end: float
-    outside: Multipliers  # the multipliers outside the unit circle, as at a point in its middle
+    outside: Complex  # the multipliers outside the unit circle, as at a point in its middle
 
     @property
     def stable(self) -> bool:
@@ -78,11 +76,11 @@ def loss_of_stability(branch: Branch) -> SpecialPoint | None:
     return None
 
 
-def _outside(multipliers: Multipliers) -> Multipliers:
+def _outside(multipliers: Complex) -> Complex:
     return multipliers[outside(multipliers)]
 
 
-def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:
+def _behind(point: SpecialPoint, before: int, cycle: bool) -> Complex:
     """Return what is outside behind a bifurcation, from how many were outside before it."""
     values = point.multipliers
     target = BIFURCATION_TYPES[point.type].critical

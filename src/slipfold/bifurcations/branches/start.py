@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Settings
@@ -54,9 +53,9 @@ class Begin:
     # An orbit at that value, or None for an equilibrium of an autonomous model
     orbit: PeriodicOrbit | None = None
     # State near that equilibrium, shape (n,); None with an orbit
-    state: NDArray[np.float64] | None = None
+    state: Array | None = None
 
-    def with_scales(self, sizes: NDArray[np.float64] | None) -> Begin:
+    def with_scales(self, sizes: Array | None) -> Begin:
         """Return the same in other typical sizes of the states. Shapes: sizes (n,)."""
         if self.orbit is None:
             return self

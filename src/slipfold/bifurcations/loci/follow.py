@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import Returns, has_image, step_beside_parent
 from slipfold.bifurcations.branches.ends import failure_reason
@@ -200,7 +200,7 @@ def follow_found(
     in slip end where contacts begin to stick, or continue through stick.
     """
     work: _Loci | None = None
-    refusals: list[tuple[SpecialPoint, LocusEquations, NDArray[np.float64], InputError]] = []
+    refusals: list[tuple[SpecialPoint, LocusEquations, Array, InputError]] = []
     for point in points:
         own = replace(plane, model=point.model)
         work = work or _Loci(own, types, largest_period, through_stick, events)
@@ -279,7 +279,7 @@ class _Loci(CurveSet[OrbitPoint]):
         self._lines = 0  # followed so far, one in each direction
         self._bases: dict[str, Model] = {}
 
-    def taken_up(self, point: SpecialPoint) -> tuple[LocusEquations, NDArray[np.float64]]:
+    def taken_up(self, point: SpecialPoint) -> tuple[LocusEquations, Array]:
         """Return the equations of a point's locus, and the point as an unknown of theirs.
 
         Those of a kind share one model, so that unknowns compare.
@@ -293,7 +293,7 @@ class _Loci(CurveSet[OrbitPoint]):
         return equations_of(orbits, point), z
 
     def start(
-        self, curve: LocusEquations, z: NDArray[np.float64], point: SpecialPoint
+        self, curve: LocusEquations, z: Array, point: SpecialPoint
     ) -> LocusStart | InputError:
         """Return the first point of a locus, by collocation where shooting does not find it."""
         try:
@@ -375,8 +375,8 @@ class _Loci(CurveSet[OrbitPoint]):
     def passing(
         self,
         curve: LocusEquations,
-        z: NDArray[np.float64],
-        meets: Callable[[Sequence[OrbitPoint], Orbits, NDArray[np.float64]], bool] = lies_on,
+        z: Array,
+        meets: Callable[[Sequence[OrbitPoint], Orbits, Array], bool] = lies_on,
     ) -> int | None:
         """Return the number of the locus that an orbit meets, if it was followed already.
 
@@ -440,9 +440,7 @@ def _sort(curve: LocusEquations) -> tuple[str, str, int, str]:
     return curve.condition, curve.quantity, period, orbits.kind
 
 
-def _in_period(
-    period: int, orbits: Orbits, z: NDArray[np.float64]
-) -> tuple[Orbits, NDArray[np.float64]]:
+def _in_period(period: int, orbits: Orbits, z: Array) -> tuple[Orbits, Array]:
     """Return a cycle as one of another period: one that settled after it had doubled has 1."""
     if period == orbits.period:
         return orbits, z
@@ -452,7 +450,7 @@ def _in_period(
     return same, same.unknown(nodes, model)
 
 
-def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
+def _isolated(curve: LocusEquations, z: Array) -> str:
     """Say that the other parameter parts the branches that cross at a branch point."""
     pairs = zip(curve.orbits.varied, curve.place(z), strict=True)
     at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)

@@ -7,9 +7,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
@@ -42,7 +41,7 @@ class ISOLATED:
     near: float = 10.0  # distance from a known orbit, in such movements, at which it is that one
 
 
-def stable_rows(branch: Branch, value: float) -> Iterator[NDArray[np.intp]]:
+def stable_rows(branch: Branch, value: float) -> Iterator[Indices]:
     """Yield the rows of the stable segments of a branch that pass a value of the parameter.
 
     Between two bifurcations its parameter is monotonic.
@@ -57,12 +56,12 @@ def stable_rows(branch: Branch, value: float) -> Iterator[NDArray[np.intp]]:
             yield np.arange(first, min(last + 1, len(branch)))
 
 
-def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[NDArray[np.float64]]]:
+def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[Array]]:
     """Return the stable orbits of branches at a value of their parameter, by period.
 
     Returns shapes (m, n_states).
     """
-    found: dict[int, list[NDArray[np.float64]]] = {}
+    found: dict[int, list[Array]] = {}
     for branch in branches:
         for rows in stable_rows(branch, value):
             nodes = _orbit_on(branch, rows, value)
@@ -72,9 +71,7 @@ def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[ND
     return {period: orbits for period, orbits in found.items() if orbits}
 
 
-def is_among(
-    model: Model, nodes: NDArray[np.float64], period: int, known: Sequence[NDArray[np.float64]]
-) -> bool:
+def is_among(model: Model, nodes: Array, period: int, known: Sequence[Array]) -> bool:
     """Whether an orbit is one of others, started in whichever forcing period: a state decides.
 
     Shapes: nodes (m, n_states), where m differs between orbits.
@@ -84,7 +81,7 @@ def is_among(
     return any(distances(model, starts, other[0]).min() < ISOLATED.same for other in known)
 
 
-def _orbit_on(branch: Branch, rows: NDArray[np.intp], value: float) -> NDArray[np.float64] | None:
+def _orbit_on(branch: Branch, rows: Indices, value: float) -> Array | None:
     """Return the orbit at a value of the parameter, None if Newton's method does not find it.
 
     Returns shape (m, n_states).

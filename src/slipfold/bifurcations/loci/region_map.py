@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Indices
 from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, listed, number_text
 
@@ -188,12 +188,12 @@ class RegionMap(OneLine, ReadOnly):
     """The regions of a window; frozen."""
 
     first: Annotated[
-        NDArray[np.float64],
+        Array,
         "Values of the two parameters at the centers of the cells, shape (n1,) and (n2,).",
     ]
-    second: Annotated[NDArray[np.float64], ""]
+    second: Annotated[Array, ""]
     labels: Annotated[
-        NDArray[np.int64],
+        Indices,
         "Number of the region each cell belongs to, shape (n2, n1); 0 where the parameters "
         "contradict each other, or no label is known. Strips narrower than a few cells have the "
         "label of what lies beside them.",

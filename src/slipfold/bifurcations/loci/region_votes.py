@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.bifurcations.loci.fan import FanLine
 from slipfold.bifurcations.loci.into_stick import stable_states_near
 from slipfold.bifurcations.loci.isolated import is_among, other_orbits, stable_orbits
@@ -49,7 +48,7 @@ class Raster:
 
     window: Window  # least and largest value of two parameters
 
-    def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
+    def columns(self, values: Array, axis: int) -> Indices:
         """Return the cells that values of a parameter lie in, shape (n,). Shapes: values (n,)."""
         low, high = self.window[axis]
         cells = ((np.asarray(values) - low) / (high - low) * REGIONS.cells).astype(int)
@@ -60,7 +59,7 @@ class Raster:
         low, high = self.window[axis]
         return np.linspace(low, high, 2 * REGIONS.cells + 1)[1::2]
 
-    def draw(self, mask: NDArray[np.bool_], values: Array) -> None:
+    def draw(self, mask: Mask, values: Array) -> None:
         """Mark the cells that a polyline passes, without gaps.
 
         Shapes: mask (cells, cells); values (n, 2).
@@ -74,7 +73,7 @@ class Raster:
             mask[self.columns(kept[:, 1], 1), self.columns(kept[:, 0], 0)] = True
 
 
-def where_models_exist(plane: Plane, raster: Raster) -> NDArray[np.bool_]:
+def where_models_exist(plane: Plane, raster: Raster) -> Mask:
     """Return whether the parameters at the center of each cell define a model.
 
     Returns shape (cells, cells).
@@ -96,7 +95,7 @@ def model_exists(model: Model, names: tuple[str, str], first: float, second: flo
     return not refusal(model.replace, **{names[0]: float(first), names[1]: float(second)})
 
 
-def _beside_others(coarse: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _beside_others(coarse: Mask) -> Mask:
     """Blocks that have a neighbor of the other sort, diagonals included."""
     padded = np.pad(coarse, 1, mode="edge")
     n, m = coarse.shape
@@ -121,11 +120,7 @@ class Vote:
 
 
 def collect_votes(
-    plane: Plane,
-    raster: Raster,
-    pieces: NDArray[np.int64],
-    clear: NDArray[np.bool_],
-    lines: Sequence[FanLine],
+    plane: Plane, raster: Raster, pieces: Indices, clear: Mask, lines: Sequence[FanLine]
 ) -> Iterator[Vote]:
     """Yield the vote of every response on the pieces it crosses."""
     for line in lines:
@@ -144,7 +139,7 @@ def collect_votes(
             yield Vote(int(crossed[run[0]]), place, found, sticking)
 
 
-def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+def _runs(numbers: Indices) -> Iterator[Indices]:
     """Places of each uninterrupted sequence of one number other than 0."""
     edges = np.flatnonzero(np.diff(numbers)) + 1
     for run in np.split(np.arange(len(numbers)), edges):

@@ -9,9 +9,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.fan import BranchEnd, FanLine
 from slipfold.bifurcations.loci.into_stick import add_sticking, changes_in_stick, sticking_checks
@@ -31,8 +30,6 @@ from slipfold.bifurcations.loci.region_votes import (
 from slipfold.bifurcations.loci.window import Plane
 from slipfold.flow.modes import MET
 from slipfold.orbits.test_functions import critical_places
-
-Labels = NDArray[np.int64]
 
 NO_GRAZING: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})
 
@@ -61,7 +58,7 @@ def map_regions(
     for values in _boundaries(plane, loci, lines, grazing):
         raster.draw(boundary, values)
     exists = where_models_exist(plane, raster)
-    pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
+    pieces: Indices = ndimage.label(~boundary & exists)[0].astype(np.int64)
     pieces = _without_slivers(pieces)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > REGIONS.clearance
@@ -250,7 +247,7 @@ def _joined(left: list[_End], right: list[_End], reach: float) -> Iterator[tuple
             yield end.value, nearest
 
 
-def _without_slivers(pieces: Labels) -> Labels:
+def _without_slivers(pieces: Indices) -> Indices:
     """Give pieces too small to be regions no number."""
     sizes = np.bincount(pieces.ravel())
     small = sizes < REGIONS.smallest * pieces.size
@@ -262,8 +259,8 @@ def _without_slivers(pieces: Labels) -> Labels:
 
 
 def _labeled(
-    plane: Plane, pieces: Labels, votes: Sequence[Vote], distance: Array, raster: Raster
-) -> tuple[list[Region], Labels]:
+    plane: Plane, pieces: Indices, votes: Sequence[Vote], distance: Array, raster: Raster
+) -> tuple[list[Region], Indices]:
     """Number the pieces that a response crosses, the largest first."""
     sizes = np.bincount(pieces.ravel(), minlength=2)
     crossed = sorted({vote.piece for vote in votes}, key=lambda piece: -sizes[piece])

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus
 from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
 from slipfold.bifurcations.loci.locus_equations import LOCUS, LocusEquations
@@ -294,7 +294,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
     def _outside(self, point: OrbitPoint) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""
         places = critical_places(self._curve.condition, point.multipliers)
-        others: NDArray[np.float64] = np.abs(np.delete(point.multipliers, places))
+        others: Array = np.abs(np.delete(point.multipliers, places))
         return int(np.count_nonzero(others > 1))
 
 

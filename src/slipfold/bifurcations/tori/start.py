@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.tori.circles import (
     MAX_ANGLES,
     MIN_ANGLES,
@@ -49,7 +49,7 @@ def first_circle(model: Model, vary: str, width: float, state: Array, period: in
     return None
 
 
-def _critical(model: Model, state: Array, period: int) -> tuple[float, NDArray[np.complex128]]:
+def _critical(model: Model, state: Array, period: int) -> tuple[float, Complex]:
     """Return the rotation number of the critical pair, in revolutions, and its eigenvector."""
     flow = flow_of(model)
     constants, zero = flow.constants_of(model), np.zeros(1)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex, Indices
 from slipfold.bifurcations.tori.circles import TORUS, slopes, turned
 from slipfold.drawing import Drawn
 from slipfold.errors import InputError, index_of
@@ -69,7 +68,7 @@ class Surface:
     values: Array  # at equidistant angles psi, tau, shape (m, q, n_outputs)
 
     @property
-    def lines(self) -> NDArray[np.complex128]:
+    def lines(self) -> Complex:
         """Coefficients of exp(2 pi i (l psi + j tau)), shape (m, q, n_outputs)."""
         m, q, _ = self.values.shape
         return np.fft.fft2(self.values, axes=(0, 1)) / (m * q)
@@ -85,7 +84,7 @@ class Surface:
         return low, high
 
 
-def _largest(lines: NDArray[np.complex128], values: Array) -> float:
+def _largest(lines: Complex, values: Array) -> float:
     """Return the largest value of a doubly periodic function, by Newton's method on its series."""
     highest = float(values.max())
     place = np.array(np.unravel_index(values.argmax(), values.shape)) / values.shape
@@ -154,12 +153,12 @@ class TorusSpectrum(SpectralLines, Drawn, ReadOnly):
         "the other way.",
     ]
     orders: Annotated[
-        NDArray[np.int64],
+        Indices,
         "Whole numbers k and l of each line, shape (m, 2). Of a line and its mirror image it is "
         "the one at a positive frequency.",
     ]
     coefficients: Annotated[
-        NDArray[np.complex128],
+        Complex,
         "Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs). A line "
         "contributes ``Re(a exp(2 pi i f t))`` to the trajectory from the first state of the "
         "circle. That of ``k = l = 0`` is the mean.",
