@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -27,13 +27,8 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
 
-
-class Follow(Protocol):
-    """A function that follows a branch, and all branches that leave it, from a start."""
-
-    def __call__(self, *, begin: Begin) -> tuple[Branch, ...]:
-        """Return the branches that start there."""
-        ...
+Follow = Callable[..., tuple[Branch, ...]]
+"""A function that follows a branch, and all branches that leave it, from a start `begin`."""
 
 
 class GAPS:

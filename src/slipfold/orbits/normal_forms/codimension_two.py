@@ -10,23 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.orbits.normal_forms.maps import FORMS, FieldMap
+from slipfold.orbits.normal_forms.maps import FORMS, FieldMap, MapDerivatives, Vector
 from slipfold.orbits.normal_forms.normal_form import (
-    MapDerivatives,
     critical_vectors,
     hopf_vectors,
     pair_cubic,
     second_lyapunov_coefficient,
     third_form,
 )
-
-Vector = NDArray[Any]
 
 FORBIDDEN = 1e-8
 """Ratio of the resonant term to the other at 1:4, below which it is zero: rounding leaves 1e-11.

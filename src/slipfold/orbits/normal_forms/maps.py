@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -42,8 +43,8 @@ class FORMS:
     times: int = 12  # times of a cycle: the fifth power of its amplitude has five harmonics
 
 
-class _Scaled:
-    """An orbit seen in given scales of the states; those of the unknown if None."""
+class MapDerivatives(ABC):
+    """Second and third derivatives B and C of a map; scales are those of the unknown if None."""
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
         self._constants = orbits.constants(z)
@@ -58,8 +59,16 @@ class _Scaled:
         """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
         return vector * self.rescaling
 
+    @abstractmethod
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions, each of shape (r, n)."""
 
-class FieldMap(_Scaled):
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n,)."""
+        return polarized(lambda directions: self.powers(directions)[0], pairs)
+
+
+class FieldMap(MapDerivatives):
     """Jacobian A and multilinear forms B and C of a vector field, per second."""
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
@@ -115,7 +124,7 @@ class FieldMap(_Scaled):
         ]
 
 
-class SegmentMap(_Scaled):
+class SegmentMap(MapDerivatives):
     r"""Second and third derivatives of the map over one period of an orbit, in scaled states.
 
     They are put together from those of the segments, integrated side by side: with
@@ -208,7 +217,7 @@ class SegmentMap(_Scaled):
         self._bent = np.concatenate([self._bent, bent])
 
 
-class JetMap(_Scaled):
+class JetMap(MapDerivatives):
     """Derivatives of the stroboscopic map from Taylor jets over the whole period, in scaled states.
 
     Jets along directions need no more than a plain flow to be compiled: for the few special points
@@ -253,10 +262,6 @@ class JetMap(_Scaled):
         given = self._nodes, self._start, self._end, self._constants, curve * self._scales
         derivative = self._flow.jet_along_curve(*given)[len(curve)]
         return derivative / self._scales / math.factorial(len(curve) + 1)
-
-    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n,)."""
-        return polarized(lambda directions: self.powers(directions)[0], pairs)
 
 
 Request = tuple[Any, str, Any]
@@ -347,7 +352,7 @@ def pair_terms(second: Array, third: Array) -> tuple[Array, Vector, Vector]:
     return aa + bb, aa - bb + 2j * ab, aaa + abb + 1j * (aab + bbb)
 
 
-class ReturnMap(_Scaled):
+class ReturnMap(MapDerivatives):
     r"""Where motions near a cycle cross a section the next time, in scaled states.
 
     The section is the plane through the first node orthogonal to the flow there. The flow over the
@@ -407,10 +412,6 @@ class ReturnMap(_Scaled):
         third = y[3, 0] + 3 * a * y[2, 1] + 3 * a**2 * y[1, 2] + a**3 * y[0, 3]
         third = third + 3 * b * y[1, 1] + 3 * a * b * y[0, 2]
         return second @ basis, third @ basis
-
-    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n - 1,)."""
-        return polarized(lambda directions: self.powers(directions)[0], pairs)
 
     def length(self, q: Vector, multiplier: complex, monodromy: Array, ratios: Array) -> float:
         """Return the root mean square, round the cycle, of an eigenvector of the map.

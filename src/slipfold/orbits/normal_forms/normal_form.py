@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from functools import partial
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.continuation.locate import corrected_together
@@ -18,33 +17,21 @@ from slipfold.orbits.normal_forms.maps import (
     FORMS,
     FieldMap,
     JetMap,
+    MapDerivatives,
     Request,
     ReturnChain,
     ReturnMap,
     SegmentMap,
+    Vector,
     answers_of,
     pair_terms,
 )
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
-Vector = NDArray[Any]
 T = TypeVar("T")
 
 QUADRATIC = ("LP", "transcritical")
 """Kinds whose coefficient is of second order; the others are of third."""
-
-
-class MapDerivatives(Protocol):
-    """Second and third derivatives B and C of a map, in scaled states."""
-
-    def rescaled(self, monodromy: Array) -> Array:
-        """Return the map's matrix in its scales."""
-
-    def powers(self, directions: Array) -> tuple[Array, Array]:
-        """Return B(v, v) and C(v, v, v) for real directions, each of shape (r, n)."""
-
-    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors."""
 
 
 def _distance(kind: str) -> Callable[[Vector], Array]:
