@@ -18,7 +18,7 @@ from slipfold.collocation_points import CollocationPoints, radau_points
 from slipfold.flow.batches import BUDGET
 from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
-from slipfold.flow.intervals import Field, LinearPart, Stages, solve_intervals
+from slipfold.flow.intervals import Field, Intervals, LinearPart, Stages, solve_intervals
 from slipfold.flow.polynomials import DenseTrajectory, StepPolynomials
 
 Watch = Callable[[Array, Array], Array]
@@ -137,8 +137,8 @@ def _step(
     if before is not None:
         ahead = 1.0 + points.points * (length / before.lengths[0])
         guess = before.at(ahead[None], np.array([0]))
-    begin, lengths = np.array([start]), np.array([length])
-    return solve_intervals(field, points, state[None], begin, lengths, guess, derived=False)
+    given = Intervals(points, state[None], np.array([start]), np.array([length]))
+    return solve_intervals(field, given, guess, derived=False)
 
 
 def _at(powers: Array, places: Array) -> Array:
@@ -227,4 +227,5 @@ class StiffFallback:
             trajectory.at(times.ravel()).reshape(*times.shape, -1) / trajectory.scales
             for times in (edges[:-1], phases)
         )
-        return solve_intervals(self.field, POINTS, nodes, edges[:-1], lengths, stages).matrices
+        given = Intervals(POINTS, nodes, edges[:-1], lengths)
+        return solve_intervals(self.field, given, stages).matrices

@@ -380,7 +380,27 @@ class Field:
 
 
 @dataclass(frozen=True, eq=False)
-class Stages:
+class Intervals:
+    """Intervals from states at their beginnings on."""
+
+    points: CollocationPoints  # where in each interval the equations are met
+    nodes: Array  # states at the beginnings, shape (m, n)
+    # Phases of the beginnings and lengths, shape (m,)
+    start: Array
+    lengths: Array
+
+    @cached_property
+    def phases(self) -> Array:
+        """Phases of the points, shape (m, s)."""
+        return np.asarray(self.start[:, None] + self.lengths[:, None] * self.points.points)
+
+    def with_stages(self, *found: Any) -> Stages:
+        """Return the polynomials through stages, from the other fields of these."""
+        return Stages(self.points, self.nodes, self.start, self.lengths, *found)
+
+
+@dataclass(frozen=True, eq=False)
+class Stages(Intervals):
     r"""Polynomials that meet the equations at some points, and how they depend on the start.
 
     With stages Y and slopes F the equations in the Runge-Kutta basis are
@@ -391,11 +411,6 @@ class Stages:
     rates that fast modes magnify.
     """
 
-    points: CollocationPoints  # where in each interval the equations are met
-    nodes: Array  # states at the beginnings, shape (m, n)
-    # Phases of the beginnings and lengths, shape (m,)
-    start: Array
-    lengths: Array
     # States and rates at the points, shape (m, s, n); NaN where there is no solution
     stages: Array
     rates: Array
@@ -408,11 +423,6 @@ class Stages:
     def is_derived(self) -> bool:
         """Whether derivatives are those at the solution."""
         return self.jacobians is not None
-
-    @cached_property
-    def phases(self) -> Array:
-        """Phases of the stages, shape (m, s)."""
-        return _phases(self.start, self.lengths, self.points)
 
     @cached_property
     def slopes(self) -> Array:
@@ -477,51 +487,32 @@ class Stages:
         return np.asarray(self.nodes[which][:, None] + self.lengths[which][:, None, None] * grown)
 
 
-def _phases(start: Array, lengths: Array, points: CollocationPoints) -> Array:
-    return np.asarray(start[:, None] + lengths[:, None] * points.points)
-
-
-def newton_step(
-    field: Field,
-    points: CollocationPoints,
-    nodes: Array,
-    start: Array,
-    lengths: Array,
-    stages: Array,
-) -> Stages:
+def newton_step(field: Field, given: Intervals, stages: Array) -> Stages:
     """Return the solution of the equations linearized at some stages.
 
-    A singular matrix raises an error. Shapes: nodes (m, n); start, lengths (m,); stages (m, s, n).
+    A singular matrix raises an error. Shapes: stages (m, s, n).
     """
-    given = points, nodes, start, lengths
-    rates, jacobians, equations, step = _step(field, *given, stages)
-    return Stages(*given, stages + step, rates + jacobians.times(step), equations, jacobians)
+    rates, jacobians, equations, step = _step(field, given, stages)
+    return given.with_stages(stages + step, rates + jacobians.times(step), equations, jacobians)
 
 
 def _step(
-    field: Field,
-    points: CollocationPoints,
-    nodes: Array,
-    start: Array,
-    lengths: Array,
-    stages: Array,
+    field: Field, given: Intervals, stages: Array
 ) -> tuple[Array, Jacobians, StageEquations, Array]:
     """Return rates, their derivatives, the equations' derivatives and Newton's step."""
-    phases = _phases(start, lengths, points)
-    rates, jacobians = field.rates(stages, phases), field.changing_jacobians(stages, phases)
+    points, lengths = given.points, given.lengths
+    rates = field.rates(stages, given.phases)
+    jacobians = field.changing_jacobians(stages, given.phases)
     equations = field.linear.equations(points, lengths, jacobians)
     grown = lengths[:, None, None] * (points.inner @ rates)
-    step = -equations.solve((stages - nodes[:, None] - grown)[..., None])[..., 0]
+    step = -equations.solve((stages - given.nodes[:, None] - grown)[..., None])[..., 0]
     return rates, jacobians, equations, step
 
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow gives NaN
 def solve_intervals(
     field: Field,
-    points: CollocationPoints,
-    nodes: Array,
-    start: Array,
-    lengths: Array,
+    given: Intervals,
     guess: Array,
     equations: StageEquations | None = None,
     *,
@@ -532,20 +523,19 @@ def solve_intervals(
     Derivatives nearby are used while they converge. If they do to the end, derivatives at the
     solution are computed only if requested.
 
-    Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n).
+    Shapes: guess (m, s, n).
     """
-    phases, inner = _phases(start, lengths, points), points.inner
-    steps, (m, s, n) = lengths[:, None, None], guess.shape
+    steps, (m, s, n) = given.lengths[:, None, None], guess.shape
     stages = guess
 
     def beside(slopes: Array) -> Array:
-        grown = steps * (inner @ slopes)
-        return np.asarray((stages - nodes[:, None] - grown)[..., None])
+        grown = steps * (given.points.inner @ slopes)
+        return np.asarray((stages - given.nodes[:, None] - grown)[..., None])
 
     if equations is not None:
         before = np.inf
         for _ in range(8):  # with the same derivatives
-            slopes = field.rates(stages, phases)
+            slopes = field.rates(stages, given.phases)
             step = -equations.solve(beside(slopes))[..., 0]
             length = float(np.abs(step).max())
             if not length < 0.3 * before:  # slow
@@ -553,13 +543,12 @@ def solve_intervals(
             stages, before = stages + step, length
             if length < 1e-13 * max(1.0, float(np.abs(stages).max())):
                 if not derived:
-                    return Stages(points, nodes, start, lengths, stages, slopes, equations, None)
+                    return given.with_stages(stages, slopes, equations, None)
                 break
     alone, previous = equations is None and not derived, np.inf
-    given = points, nodes, start, lengths
     for _ in range(10):
         try:
-            slopes, jacobians, equations, step = _step(field, *given, stages)
+            slopes, jacobians, equations, step = _step(field, given, stages)
         except np.linalg.LinAlgError:
             break
         length = float(np.abs(step).max())
@@ -569,11 +558,11 @@ def solve_intervals(
         size_of_states = max(1.0, float(np.abs(stages).max()))
         # What it leaves is rounding.
         if length < 1e-10 * size_of_states or 1e-7 > length > 0.5 * previous:
-            return Stages(*given, stages, slopes + jacobians.times(step), equations, jacobians)
+            return given.with_stages(stages, slopes + jacobians.times(step), equations, jacobians)
         if alone and length < 1e-3:  # derivatives do for the next steps
-            return solve_intervals(field, *given, stages, equations, derived=False)
+            return solve_intervals(field, given, stages, equations, derived=False)
         previous = length
     lost = np.full((m, s, n), np.nan)
     none = Inverted(np.broadcast_to(np.nan, (m, s * n, s * n)), s)
     unknown = Jacobians.of(np.broadcast_to(np.nan, (m, s, n, n)))
-    return Stages(points, nodes, start, lengths, lost, lost, none, unknown)
+    return given.with_stages(lost, lost, none, unknown)

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array, Indices
 from slipfold.flow.equations import Constants
-from slipfold.flow.intervals import MANY, Field, LinearPart, Stages, solve_intervals
+from slipfold.flow.intervals import MANY, Field, Intervals, LinearPart, Stages, solve_intervals
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import GAUSS, Scheme
 from slipfold.orbits.meshes import (
@@ -183,8 +183,8 @@ class Collocation(MeshDiscretization):
             guess = guessed(scaled, constants)
             if guess is None:
                 continue
-            given = self.points, scaled, self.start, self.lengths, guess, equations
-            solved = solve_intervals(field, *given, derived=derived)
+            given = Intervals(self.points, scaled, self.start, self.lengths)
+            solved = solve_intervals(field, given, guess, equations, derived=derived)
             if np.isfinite(solved.rates[0, 0, 0]):
                 self._latest = constants.values, solved
                 break
@@ -259,11 +259,8 @@ class Collocation(MeshDiscretization):
         beyond = within - self.start[which]
         places = (beyond / self.lengths[which])[:, None] * self.points.points
         guess, field = solved.at(places, which), self._field(constants)
-        start = self.start[which]
-        found = solve_intervals(
-            field, self.points, scaled[which], start, beyond, guess, derived=derived
-        )
-        return found, which
+        given = Intervals(self.points, scaled[which], self.start[which], beyond)
+        return solve_intervals(field, given, guess, derived=derived), which
 
     def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array

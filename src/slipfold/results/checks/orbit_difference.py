@@ -17,7 +17,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
-from slipfold.flow.intervals import MANY, Field, LinearPart, newton_step
+from slipfold.flow.intervals import MANY, Field, Intervals, LinearPart, newton_step
 from slipfold.models.angles import wrap_angles
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.check import SINGULAR, is_singular, mesh_errors, rests
@@ -448,8 +448,8 @@ def _condensed(whole: Sequence[_RetracedOrbit]) -> Array:
         own = np.repeat(which[rows], m)
         scales = whole[0].scales if len(whole) == 1 else np.array([w.scales for w in whole])[own]
         field = Field(flow, constants.rows(own), scales, [], linear)
-        given = nodes[rows], start[rows], lengths[rows], stages[rows]
-        solved = newton_step(field, gauss_points(m), *given)
+        given = Intervals(gauss_points(m), nodes[rows], start[rows], lengths[rows])
+        solved = newton_step(field, given, stages[rows])
         by_parameters = np.zeros((len(solved.lengths), n, 1))
         if not whole[0].orbit.model.forced:
             rates = field.rates(stages[rows], solved.phases)
