@@ -286,17 +286,11 @@ class Collocation(MeshDiscretization):
         solved = self._solved(nodes / self.scales, constants, derived=False)
         return solved.stages.reshape(-1, nodes.shape[1]) * self.scales, solved.phases.ravel()
 
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Collocation, Array, Array]:
-        """Return the same on another, finer mesh, so that the errors are others.
-
-        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
-        """
+    def with_other_errors(self, nodes: Array, constants: Constants) -> Collocation:
+        """Return the same on another, finer mesh."""
         count = round(MESH.finer * self.segments / self.copies) * self.copies
         places = np.linspace(0.0, self.segments, count + 1)
-        other = self.on(np.interp(places, np.arange(self.segments + 1), self.edges))
-        return other, *self.moved_to(other, nodes, constants, along, rates)
+        return self.on(np.interp(places, np.arange(self.segments + 1), self.edges))
 
     # -- the mesh ------------------------------------------------------------------------------
 

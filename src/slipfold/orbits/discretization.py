@@ -180,13 +180,18 @@ class Discretization(ABC):
         """Return the same for orbits of another period."""
 
     @abstractmethod
+    def with_other_errors(self, nodes: Array, constants: Constants) -> Self:
+        """Return the same with other errors at an orbit. Shapes: nodes (m, n)."""
+
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Self, Array, Array]:
         """Return the same with other errors, and an orbit and a direction in terms of it.
 
-        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m, n).
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
         """
+        other = self.with_other_errors(nodes, constants)
+        return other, *self.moved_to(other, nodes, constants, along, rates)
 
     def apart(self, ends: Array, nodes: Array) -> Array:
         """Return by how much scaled states differ, revolutions of angles left out.

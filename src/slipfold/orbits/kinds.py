@@ -36,14 +36,12 @@ class VectorField(Discretization):
         """Return the same: equilibria repeat after any time."""
         return self
 
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[VectorField, Array, Array]:
+    def with_other_errors(self, nodes: Array, constants: Constants) -> VectorField:
         """Return this discretization with other state scales, so that rounding errors differ."""
         other = VectorField(self.model, self.free)
         factors = 1.3 ** np.arange(len(self.scales))  # no powers of two, so that rounding differs
         other.measure_in(self.scales * factors)
-        return other, nodes, along
+        return other
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return the rates, shape (1, n)."""

@@ -288,12 +288,9 @@ class MarginalShooting(SwitchedShooting):
         """Return the same for orbits of another period."""
         return type(self)(self.model, self.free, period, self.met)
 
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Self, Array, Array]:
+    def with_other_errors(self, nodes: Array, constants: Constants) -> Self:
         """Return the same with an earlier beginning of the window: all steps then are others."""
-        other = type(self)(self.model, self.free, self.period, self.met, lead=0.8)
-        return other, *self.moved_to(other, nodes, constants, along, rates)
+        return type(self)(self.model, self.free, self.period, self.met, lead=0.8)
 
     def spans(
         self, nodes: Array, constants: Constants, group: Sequence[int] | None = None

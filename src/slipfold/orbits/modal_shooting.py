@@ -334,16 +334,13 @@ class ModalShooting(MeshDiscretization, Shooting):
         states = in_time(solved.starts, self.segments) @ self._out.T * self.scales
         return states, self._mesh[:-1]
 
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Self, Array, Array]:
-        """Return the same on another, finer mesh, so that the errors are others."""
+    def with_other_errors(self, nodes: Array, constants: Constants) -> Self:
+        """Return the same on another, finer mesh."""
         count = len(self._mesh) - 1
         each = int(np.ceil(SHOTS.finer * count / self.segments))
         each = _repeating(each, self.segments, self.copies)
         places = np.linspace(0.0, count, each * self.segments + 1)
-        other = self.on(np.interp(places, np.arange(count + 1), self._mesh))
-        return other, *self.moved_to(other, nodes, constants, along, rates)
+        return self.on(np.interp(places, np.arange(count + 1), self._mesh))
 
     # -- the mesh ------------------------------------------------------------------------------
 

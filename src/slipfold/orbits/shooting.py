@@ -51,17 +51,14 @@ class Shooting(Discretization):
         """Return the same for orbits of another period."""
         return type(self)(self.model, self.free, period, self.segments, self.phase)
 
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Self, Array, Array]:
+    def with_other_errors(self, nodes: Array, constants: Constants) -> Self:
         """Return the same with segments that begin in the middle of these.
 
         The integrator's steps fall elsewhere.
         """
         other, middles = copy(self), (self.start + self.end) / 2
         other._cut(np.append(middles, middles[0] + self.period))
-        ends, matrices, vectors = self.propagate(nodes, self.start, other.start, constants)
-        return other, ends, np.einsum("jab,jb->ja", matrices, along) + vectors @ rates
+        return other
 
     def better(
         self, nodes: Array, constants: Constants, blocks: Array | None = None

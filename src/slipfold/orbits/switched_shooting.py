@@ -371,16 +371,13 @@ class SwitchedShooting(Shooting):
     def _starting_at(self, phase: float) -> SwitchedShooting:
         return SwitchedShooting(self.model, self.free, self.period, phase=phase % self.period)
 
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[SwitchedShooting, Array, Array]:
+    def with_other_errors(self, nodes: Array, constants: Constants) -> SwitchedShooting:
         """Return the same orbit from another node, so that all integration steps differ."""
         spans = self.spans(nodes, constants)
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
         places = begin + (end - begin) * np.array([0.3, 0.7])
         apart = np.abs((places - self.phase + self.period / 2) % self.period - self.period / 2)
-        other = self._starting_at(float(places[apart.argmax()]))
-        return other, *self.moved_to(other, nodes, constants, along, rates)
+        return self._starting_at(float(places[apart.argmax()]))
 
     def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
         """Return the states at equidistant phases from zero, shape (M, n)."""
