@@ -314,7 +314,8 @@ class PlaneProgress:
             return
         self._sent = perf_counter()
         total = "" if progress.total is None else f" of {progress.total}"
-        sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
+        now = progress.text.replace("  ", ", ")  # what a terminal has in columns
+        sentence = f"{progress.stage}: {progress.done}{total} done, {now}"
         lines = [_grown_line(line, points) for line, points in self._grown.items()]
         loci = {"loci": loci_view(followed)} if followed else {}
         self._send({"progress": sentence, "lines": lines, **loci, "done": False})
