@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
@@ -239,3 +240,17 @@ def test_static_friction_is_compared_where_a_contact_is_closed():
     model = sf.System.from_toml(text.replace("F = 0.6", "F = 0.6, most = 0.6"))
     assert choice._holds_more(sf.periodic_orbit(model))
     assert not choice._holds_more(sf.periodic_orbit(model.replace(most=0.3)))
+
+
+def test_periods_that_end_off_an_equilibrium_are_passed_over_by_others():
+    text = Path(__file__).parents[1] / "explorer/models/two-on-a-belt.toml"
+    state = [
+        0.014283886273153992,
+        0.01654568826623924,
+        8.731644384016945e-07,
+        2.9603743387015494e-07,
+    ]
+    options = {"Vd_front": 2.9496050420168065, "duration": 0.1}
+    motion = sf.simulate(sf.Structure.from_toml(text), 128, state, **options)
+    assert motion.checked.checks
+    assert motion.checked.agree

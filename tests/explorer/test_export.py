@@ -377,7 +377,7 @@ def test_copied_python_of_a_sweep_and_a_plane_of_every_model_runs(
     answers, request = answers_to(sweep), parse_request(json.dumps(sweep))
     swept = run_python(export(sweep, "python").decode(), tmp_path, monkeypatch)["swept"]
     copied = [value for way in ("up", "down") for value, _ in swept[way]]
-    assert [place["x"] for place in answers[:-1]] == copied
+    assert [place["x"] for place in answers[:-1] for _ in place["y"]] == copied
     if "y" not in plane:
         return
     text = export({"kind": "plane", **plane}, "python").decode()

@@ -64,8 +64,10 @@ def _again(trajectory: Trajectory) -> list[Check]:
             trajectory.periods // CHECKS.one_in,
         ),
     )
-    chosen = np.linspace(0, trajectory.periods - 1, count).astype(int)
-    chosen = chosen[~_perturbed(trajectory)[chosen]]
+    free = np.flatnonzero(~_perturbed(trajectory))
+    if not len(free):
+        return []
+    chosen = free[np.linspace(0, len(free) - 1, min(count, len(free))).astype(int)]
     for calls in CHECKS.calls:  # a period may take more steps than one call allows
         ends = _ends(trajectory, trajectory.states[chosen], calls)
         failed = ~np.isfinite(ends).all(axis=1)
