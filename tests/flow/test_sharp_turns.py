@@ -116,6 +116,16 @@ def test_switching_laws_agree_with_an_implicit_method(law):
     assert result == pytest.approx(reference.y[:, -1], abs=1e-10)
 
 
+def test_trajectories_that_turn_at_other_times_are_followed_at_once():
+    """They take more steps than one call of the integrator, which each ends in other places."""
+    model, count = switching("tanh(v/e)").replace(e=1e-3), 40
+    starts = np.column_stack([np.linspace(-1, 1, 9), np.linspace(2, 0, 9)])
+    flow, ends = flow_of(model), np.full(len(starts), float(count))
+    found = flow.advance(starts, 0 * ends, ends, flow.constants_of(model))
+    one_by_one = [simulate(model, count, start).states[-1] for start in starts]
+    assert found == pytest.approx(np.array(one_by_one), abs=1e-10)
+
+
 @pytest.mark.parametrize("shape", ["tanh", "atan", "sqrt"])
 def test_regularized_contact_whose_slip_reverses(shape):
     """A mass that is dragged to and fro: Coulomb's law to within the width of its rise."""

@@ -80,8 +80,8 @@ def arrive(batch: Any, ends: Array) -> Mask:
 
 
 def _turns(integrator: Any) -> bool:
-    """Whether formulas turn sharply, which adds terminal events with cooldowns."""
-    return integrator.with_events and np.size(integrator.te_cooldowns) > 0
+    """Whether formulas turn sharply, which adds terminal events."""
+    return integrator.with_events and bool(integrator.t_events)
 
 
 def _outcomes(batch: Any) -> list[Any]:
