@@ -36,6 +36,12 @@ def test_axes_have_symbols_units_and_the_window(ax):
     assert (ax.get_xlim(), ax.get_ylim()) == WINDOW
 
 
+def test_a_plane_in_which_nothing_was_found_is_empty(ax):
+    draw_loci(locus_diagram(), ax)
+    assert (ax.get_xlim(), ax.get_ylim(), ax.get_legend()) == (*WINDOW, None)
+    assert not curves(ax)
+
+
 def test_types_criticalities_and_periods_differ(ax):
     draw_loci(whole(), ax, annotate=False)
     drawn = [

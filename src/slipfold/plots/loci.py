@@ -16,7 +16,6 @@ from matplotlib.patches import Patch
 from slipfold.arrays import Array
 from slipfold.bifurcations.loci.locus import Locus
 from slipfold.bifurcations.loci.window import Window
-from slipfold.errors import InputError
 from slipfold.flow.modes import MET
 from slipfold.lines import CRITICALITIES, locus_segments
 from slipfold.orbits.bifurcation_types import (
@@ -239,8 +238,6 @@ def draw_loci(
     the axes are radians.
     """
     shaded = regions and diagram.regions is not None
-    if not diagram.loci and not shaded:
-        raise InputError("the diagram has 0 loci, so there is nothing to draw; give at least 1")
     ax = axes_or_new(ax)
     view = diagram.window if window is None else window
     ax.set_xlim(view[0])
@@ -259,7 +256,7 @@ def draw_loci(
     ax.set_ylim(view[1])
     label_axis(ax, "x", diagram.model.parameter(diagram.vary[0]))
     label_axis(ax, "y", diagram.model.parameter(diagram.vary[1]))
-    if legend:
+    if legend and (diagram.loci or shaded):
         figure = ax.get_figure(root=True)
         assert figure is not None
         # Five lines below the axes: clear of the numbers and the name of the parameter.
