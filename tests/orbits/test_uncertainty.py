@@ -110,3 +110,20 @@ def test_multipliers_that_meet_without_vectors_of_their_own_part_like_a_root(n):
     monodromy = np.diag(np.ones(n - 1), 1)
     moved = multiplier_rounding(monodromy, np.zeros(n, dtype=complex))
     assert moved == pytest.approx(np.full(n, np.sqrt(n * np.finfo(float).eps)))
+
+
+def test_what_is_known_of_an_orbit_does_not_depend_on_those_beside_it():
+    """At rest friction damps the mode that turns 220 times a period while the contact slips."""
+    law = sf.Regularized(sf.Coulomb(mu_s=0.3, mu_k=0.3), e=0.001)
+    model = sf.Structure(
+        [[1.0, 0.0], [0.0, 0.01]],
+        np.eye(2) / 2,
+        [[16040.0, -16000.0], [-16000.0, 16000.0]],
+        contacts=sf.FrictionContact("q2", law, load=2.0, Vd=0.0),
+        forcing=sf.HarmonicForce("q1", F=4.0),
+        f=0.9,
+    )
+    (branch,) = trace_response(model, "F", (0.0, 2.0))
+    each = [branch.orbit(index).multiplier_uncertainty for index in range(len(branch))]
+    np.testing.assert_array_equal(each, branch.multiplier_uncertainty)
+    assert branch.multiplier_uncertainty.max() < 1e-6

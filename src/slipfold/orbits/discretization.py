@@ -76,6 +76,11 @@ def is_stiff(jacobian: Array) -> bool:
     return float(np.abs(np.linalg.eigvals(jacobian).imag).max()) > 2 * np.pi * STIFF
 
 
+def damps_stiff(jacobian: Array) -> bool:
+    """Whether they decay, too, so that Radau points damp them away. Shapes: jacobian (n, n)."""
+    return is_stiff(jacobian) and scheme_for(jacobian[None]).points.damps
+
+
 class Discretization(ABC):
     """How equations of orbits are computed from states at the beginnings of m segments of a period.
 

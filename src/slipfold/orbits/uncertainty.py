@@ -20,7 +20,7 @@ from slipfold.orbits.continued import (
     on_mesh,
     parameter_rounding,
 )
-from slipfold.orbits.discretization import RADAU, Cut, is_stiff, scheme_for
+from slipfold.orbits.discretization import RADAU, Cut, damps_stiff
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.multipliers import product
@@ -174,7 +174,8 @@ def multiplier_uncertainty(
     """Return how much each multiplier moves when the monodromy matrix is computed again.
 
     The second computation has segments that begin elsewhere, or intervals of other lengths, so that
-    every step falls elsewhere. In exact arithmetic the multipliers are the same.
+    every step falls elsewhere. In exact arithmetic the multipliers are the same. As for branches,
+    the motion from which searches start says whether vibrations are too fast for shooting.
 
     Shapes: parameters (n_orbits, n_parameters); nodes (n_orbits, m, n_states); multipliers
     (n_orbits, n_states); returns (n_orbits, n_states).
@@ -182,9 +183,10 @@ def multiplier_uncertainty(
     cut, result = cut or shooting_for(model), np.full(multipliers.shape, np.inf)
     by = cut(model, {model.parameters[0].name: 1.0}, period, nodes.shape[1])
     constants = [by.flow.constants(values, by.flow_scales) for values in parameters]
-    jacobian = by.flow.jacobians(nodes[0, :1], np.zeros(1), constants[0])
-    damps = cut is Shooting and scheme_for(jacobian).points.damps and is_stiff(jacobian[0])
+    unresolved = np.exp(-RADAU.decays * period)
     for row, (own, values) in enumerate(zip(nodes, constants, strict=True)):
+        jacobian = by.flow.jacobians(model.start[None], np.zeros(1), values)[0]
+        damps = cut is Shooting and damps_stiff(jacobian)
         if damps:
             try:
                 monodromy = _by_collocation(model, parameters[row], own, period)
@@ -199,10 +201,9 @@ def multiplier_uncertainty(
         if np.isfinite(monodromy).all():
             others = floquet_multipliers(monodromy)
             result[row] = multiplier_change(multipliers[row], others, monodromy)
-    if damps:  # Radau points damp away what an interval does not resolve.
-        unresolved = np.exp(-RADAU.decays * period)
-        known = np.abs(multipliers) >= unresolved
-        result = np.where(known, result, np.maximum(result, unresolved))
+        if damps:  # Radau points damp away what an interval does not resolve.
+            damped = np.abs(multipliers[row]) < unresolved
+            result[row, damped] = np.maximum(result[row, damped], unresolved)
     return result
 
 

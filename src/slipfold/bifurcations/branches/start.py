@@ -20,7 +20,7 @@ from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import by_collocation, hold_parameter
-from slipfold.orbits.discretization import Cut, is_stiff, scheme_for
+from slipfold.orbits.discretization import Cut, damps_stiff, is_stiff, scheme_for
 from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.first_orbits import find_response
@@ -276,10 +276,7 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
         return ForcedOrbits(model, {vary: width}, 1, segments_for(model), ModalShooting)
     state, constants = model.start[None], flow_of(model).constants_of(model)
     jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
-    scheme = scheme_for(jacobian[None])
-    decays = scheme.points.damps and is_stiff(jacobian)
-    if chosen == "collocation" or (chosen == "automatic" and decays):
-        return ForcedOrbits(
-            model, {vary: width}, 1, 4 * INTERVALS, partial(Collocation, scheme=scheme)
-        )
+    if chosen == "collocation" or (chosen == "automatic" and damps_stiff(jacobian)):
+        by = partial(Collocation, scheme=scheme_for(jacobian[None]))
+        return ForcedOrbits(model, {vary: width}, 1, 4 * INTERVALS, by)
     return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, Shooting)
