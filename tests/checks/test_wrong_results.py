@@ -112,7 +112,7 @@ def test_an_orbit_beside_the_right_one_does_not(orbit):
     scales = orbit.model.state_scales()
     beside = replace(orbit, nodes=orbit.nodes + 1e-6 * scales * np.arange(1, len(scales) + 1))
     # Newton's step leads back, but along a cycle's motion, which is a phase.
-    assert 1e-7 < difference(beside).value < 1e-4
+    assert 10 < difference(beside).excess < 1e4
     assert retraced_difference(beside).value > 1e-8
 
 

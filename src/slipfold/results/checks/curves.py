@@ -22,6 +22,7 @@ from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.modes import CONTACT, MET, contacts_of
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.check import rests
+from slipfold.orbits.meshes import INTERVALS
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import CHECKS, Check, Checked
@@ -329,12 +330,11 @@ def _thresholds(found: GridThresholds) -> Iterator[Candidate]:
         model = found.model_at(first, second)
         names = (found.threshold, *found.axes)
         at = place_text(model, names, [model.values[name] for name in names])
-        # The critical multiplier is what it is said to be; eight segments span the period.
+        # The critical multiplier is what it is said to be; the orbit may be one of a mesh.
         flow = flow_of(model)
         start, one_period = found.states[first, second][None], (np.zeros(1), np.ones(1))
-        nodes = flow.sample(start, *one_period, 8, flow.constants_of(model))[0]
+        nodes = flow.sample(start, *one_period, INTERVALS, flow.constants_of(model))[0]
         multipliers = found.multipliers[first, second].copy()
         multipliers[np.argmin(np.abs(multipliers + 1))] = -1
-        residual = float(found.residuals[first, second])
-        orbit = PeriodicOrbit(model, 1, nodes, multipliers, residual)
+        orbit = PeriodicOrbit(model, 1, nodes, multipliers, float(found.residuals[first, second]))
         yield Candidate(f"{found.type} at {at}", orbit, resting=False)

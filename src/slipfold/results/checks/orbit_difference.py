@@ -21,6 +21,7 @@ from slipfold.flow.intervals import MANY, Field, Intervals, LinearPart, newton_s
 from slipfold.models.angles import wrap_angles
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.check import SINGULAR, is_singular, mesh_errors, rests
+from slipfold.orbits.meshes import INTERVALS, mesh_copies
 from slipfold.orbits.multipliers import multiplier_differences, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import SPREAD
@@ -161,14 +162,13 @@ def orbit_difference(
     conditioned, and of each multiplier its uncertainty, shape (n,), as far as that decides nothing.
     Multipliers that errors of that size change in their third digit are not known: then only the
     states decide, as long as a digit of the multipliers agrees. Of states that differ, the error of
-    a mesh on which such an orbit is computed is allowed as well.
+    a mesh is allowed as well if there are as many nodes as such a mesh has: others are by shooting.
     """
     free = _undecided(orbit, uncertainty)
     if rests(orbit.model, orbit.nodes):
         result = orbit.check(CHECKS.states)
-        worst = max(result.states, result.multipliers)
-        what = "states" if worst == result.states else "multipliers"
-        return Difference(worst, what=what)
+        multipliers = Difference(result.multipliers, what="multipliers")
+        return _counting(Difference(result.states), multipliers)
     tried = [] if compared is None else [compared]
     for finer in FINER[len(tried) :]:
         if tried and _worst(tried[-1]) <= 1:
@@ -180,15 +180,14 @@ def orbit_difference(
     states, multipliers = min(tried, key=_worst)[:2]
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
-    if states.excess > 1:
+    fewest = INTERVALS * mesh_copies(orbit.model, orbit.period)
+    if states.excess > 1 and len(orbit.nodes) >= fewest:
         states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)[0]))
     unknown = multipliers.excess > 1 or multipliers.value > CHECKS.loosest
     if states.excess <= 1 and unknown and not falls:
         beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
         multipliers = min(multipliers, beside, key=lambda difference: difference.excess)
-    if falls:
-        return states
-    return _counting(states, multipliers)
+    return states if falls else _counting(states, multipliers)
 
 
 def _counting(states: Difference, multipliers: Difference) -> Difference:
