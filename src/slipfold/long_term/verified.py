@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -356,7 +356,6 @@ class AttractorSet:
         self.model = model
         self.known: list[AttractorRegion] = []
         self._slips = may_slip(model)  # else each orbit turns, sticking or not
-        self._preserved = cache(partial(preserves_volume, model))
 
     def attractor_near(self, states: Array, sticks: bool) -> AttractorRegion | None:
         """Return a new attractor that the last states of a trajectory converge to, if there is one.
@@ -380,7 +379,7 @@ class AttractorSet:
         If the exponents show a periodic trajectory, return its orbit if that is new. Shapes: state
         (n,).
         """
-        if self._preserved():  # nothing attracts, chaotic or not
+        if self._preserved:  # nothing attracts, chaotic or not
             return None
         for periods in ATTRACTOR.exponents:
             try:
@@ -400,6 +399,11 @@ class AttractorSet:
                 clouds = [known for known in self.known if isinstance(known, CloudRegion)]
                 return next((known for known in clouds if known.holds(cloud)), cloud)
         return None
+
+    @cached_property
+    def _preserved(self) -> bool:
+        """Whether formulas show that nothing attracts, chaotic or not."""
+        return preserves_volume(self.model)
 
     @property
     def _next(self) -> int:

@@ -39,10 +39,10 @@ MESHES = 8
 def no_mesh_fits(orbits: Orbits, z: Array) -> InputError:
     """Return the error of an orbit for which each mesh in turn was too coarse."""
     model = orbits.model_at(z)
-    other = "choose other parameters, less steep friction, or more damping of fast modes"
+    ways = "choose other parameters, less steep friction, or more damping of fast modes"
     return InputError(
         f"no mesh fits the orbit of {model!r}: each of {MESHES} in turn was too coarse for it; "
-        f"{model.advice or other}"
+        + "; ".join(filter(None, (ways, model.advice)))
     )
 
 

@@ -45,7 +45,7 @@ class FractionEstimate(NamedTuple, Generic[N]):
     Parameters
     ----------
     value
-        The fraction, from 0 to 1; NaN where no start was finished.
+        The fraction, from 0 to 1; NaN where the search was not finished.
     low, high
         Bounds that hold with 95 % confidence.
     """
