@@ -31,8 +31,8 @@ class ThresholdMap(GridThresholds, Result):
 
     Notes
     -----
-    A threshold is ``dataset.Nd.sel(Vd=0.6, alpha=1.0)``. `plot` draws the thresholds as colors,
-    without contour lines if ``contours=False``.
+    A threshold is ``dataset.Nd.sel(Vd=0.6, alpha=1.0)``. `plot` draws the thresholds as colors
+    with contour lines.
     """
 
     schema = "slipfold.threshold_map/1"

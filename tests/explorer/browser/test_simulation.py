@@ -1,6 +1,7 @@
 """A simulation is drawn on the diagram while it is computed."""
 
 import re
+from urllib.parse import urlencode
 
 from playwright.sync_api import expect
 
@@ -108,6 +109,34 @@ def test_views_of_a_torus_follow_what_is_chosen(explorer):
     expect(page.locator(".motion .small:visible")).to_have_count(1)
     page.get_by_role("button", name="Clear").click()
     expect(motion).to_be_hidden()
+
+
+PID = """
+[parameters]
+k = { value = 0.1, unit = "N" }
+[states]
+i = { rate = "x" }
+x = { rate = "v" }
+v = { rate = "-k*i - x - 0.4*v + 0.1*cos(t)" }
+[forcing]
+period = "2*pi"
+[outputs]
+load = { formula = "k", unit = "N" }
+"""
+
+
+def test_a_displacement_over_a_constant_and_beside_its_integral_is_drawn(explorer):
+    page = explorer.open(urlencode({"model": "own", "text": PID})).page
+    expect(page.locator("#plot-time .line")).to_have_count(2)
+    page.get_by_role("button", name="From rest").click()
+    motion = page.locator(".motion")
+    motion.get_by_label("of output").select_option("load")
+    expect(page.locator("#plot-motion-spectrum .note")).to_have_text(["It is constant."])
+    motion.get_by_label("against").select_option("x")
+    expect(page.locator("#plot-motion-portrait .line")).to_have_count(1)
+    expect(page.locator("#plot-motion-section svg")).to_have_attribute(
+        "aria-label", re.compile(r"at phase zero of the forcing, \d+ points")
+    )
 
 
 def test_a_sweep_is_drawn_as_it_comes_and_stays_when_it_is_stopped(explorer):

@@ -66,10 +66,11 @@ function drawPortrait(plot, { motion, across, up, isForced }) {
   const [x, y] = [across, up].map((quantity) => valuesOf(motion.columns, quantity));
   const each = x.length / motion.periods;
   // What stands still is a dot, not a line without length.
-  const starts = isStill(x) ? [0] : isForced ? x.map((_, i) => i).filter((i) => i % each === 0) : [];
+  const isAtRest = isStill(x) && isStill(y);
+  const starts = isAtRest ? [0] : isForced ? x.map((_, i) => i).filter((i) => i % each === 0) : [];
   plot.draw({
     x: { label: axisTitle(across) }, y: { label: axisTitle(up) },
-    lines: x.length && y.length && !isStill(x) ? [{ x, y, tint: "tint-1" }] : [],
+    lines: x.length && y.length && !isAtRest ? [{ x, y, tint: "tint-1" }] : [],
     dots: y.length ? starts.map((i) => ({ x: x[i], y: y[i], tint: "stroboscopic" })) : [],
   });
 }
@@ -79,15 +80,14 @@ function isStill(values) {
   return values.length > 0 && areSame(Math.min(...values), Math.max(...values));
 }
 
-const STILL = "It stands still.";
-
 function drawSection(plot, { motion: { columns, section, frequency }, across, up }) {
   const [first, second] = [across, up].map((quantity) => valuesOf(section.columns, quantity));
   // At a passage of the first quantity it has one value: the second one is drawn over that before.
   const isPassing = section.level !== null;
-  const [x, y] = isPassing ? [second.slice(0, -1), second.slice(1)] : [first, second];
-  const isAtRest = isStill(valuesOf(columns, across));
-  const where = isAtRest ? STILL : isPassing
+  const [isConstant, isAtRest] = [[across], [across, up]].map((all) => all.every((one) => isStill(valuesOf(columns, one))));
+  // What is constant passes its mean by rounding alone.
+  const [x, y] = !isPassing ? [first, second] : isConstant ? [[], []] : [second.slice(0, -1), second.slice(1)];
+  const where = isAtRest ? "It stands still." : isPassing
     ? !x.length ? `${across.label ?? across.name} never passes its mean` : `when ${across.label ?? across.name} passes ${formatted(section.level * display(across).factor, 3)} upward`
     : "at phase zero of the forcing";
   plot.draw({
@@ -95,14 +95,14 @@ function drawSection(plot, { motion: { columns, section, frequency }, across, up
     y: { label: axisTitle(up) }, lines: [],
     clouds: x.length && y.length && !isAtRest ? [{ x, y, tint: frequency === null ? "section" : "stroboscopic" }] : [],
     notes: [where],
-  }, `Poincaré section ${where}, ${x.length} points`);
+  }, isAtRest ? `Poincaré section: ${where}` : `Poincaré section ${where}, ${x.length} points`);
 }
 
 function drawSpectrum(plot, { motion, across, scale }) {
   const { frequency, amplitude } = motion.spectrum;
   const values = valuesOf(amplitude, across);
   if (isStill(valuesOf(motion.columns, across))) {
-    plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: axisTitle(across), rows: [] }, lines: [], notes: [STILL] }, `Spectrum: ${STILL}`);
+    plot.draw({ x: { label: "frequency (Hz)", ticks: [] }, y: { label: axisTitle(across), rows: [] }, lines: [], notes: ["It is constant."] }, "Spectrum: It is constant.");
     return;
   }
   const largest = Math.max(...values.slice(1), 1e-300);

@@ -204,10 +204,10 @@ function eigenvalues() {
   };
 }
 
-/** The states that are not rates of others, three at most. */
+/** The states that are no rates of others, or have a rate themselves; three at most. */
 function displacements({ answer: { states }, rates }) {
   const speeds = new Set(Object.values(rates));
-  return Object.keys(states).filter((name) => !speeds.has(name)).slice(0, 3);
+  return Object.keys(states).filter((name) => !speeds.has(name) || name in rates).slice(0, 3);
 }
 
 /** The samples at phase zero of each forcing period. */
