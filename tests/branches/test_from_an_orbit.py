@@ -98,7 +98,7 @@ def test_what_does_not_fit_an_orbit_is_refused():
     [
         ("lure", {"a": 2.0}, {}, "comes to rest"),
         ("vanderpol-free", {}, {"period": 2}, "counts forcing periods"),
-        ("vanderpol-free", {}, {"duration": -1.0}, "is not positive"),
+        ("vanderpol-free", {}, {"duration": -1.0}, "duration must be > 0 s"),
         ("duffing", {}, {"duration": 1.0}, "is forced"),
         ("lure", {"a": 2.0}, {"state": [0.01, 0, 0], "duration": 6.3}, "no convergence"),
     ],

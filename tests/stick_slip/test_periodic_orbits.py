@@ -110,6 +110,9 @@ def test_a_given_phase_is_kept_but_no_multiple_of_a_cycle_and_no_equilibrium():
     assert again.state == pytest.approx(given, rel=0, abs=1e-9)
     twice = sf.periodic_orbit(model, state=given, duration=2 * cycle.duration)
     assert twice.duration == pytest.approx(cycle.duration, rel=1e-9)
+    for wrong in ({"period": 2, "duration": cycle.duration}, {"duration": "x"}):
+        with pytest.raises(sf.InputError, match=r"counts forcing periods|duration = 'x' is"):
+            sf.periodic_orbit(model, state=given, **wrong)
     for name in ("steady-sliding", "vanderpol-free"):
         at_rest = model_named(name)
         with pytest.raises(sf.InputError, match=r"no orbit of period 1|duration = "):

@@ -22,6 +22,7 @@ from slipfold.flow.simulate import HybridIntegration, initial_state, reaches_sti
 from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
+from slipfold.models.quantities import DURATION
 from slipfold.orbits.continued import fitted, hold_parameter
 from slipfold.orbits.extrema import PEAKS
 from slipfold.orbits.first_orbits import FIRST, find_cycle, find_response
@@ -61,7 +62,7 @@ def periodic_orbit(
     *,
     tolerance: float = 1e-10,
     settle: int = 400,
-    duration: float | None = None,
+    duration: float | str | None = None,
 ) -> PeriodicOrbit:
     """Find a periodic orbit of a model.
 
@@ -84,7 +85,7 @@ def periodic_orbit(
         Forcing periods in which a trajectory from rest converges, through stick at most; of an
         autonomous model, revolutions.
     duration
-        Duration of a cycle of an autonomous model in seconds, about; without it the time after
+        Duration of an autonomous cycle, about, in seconds or with a unit; without it the time after
         which the trajectory returns.
 
     Raises
@@ -123,6 +124,13 @@ def periodic_orbit(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
             "forcing periods; leave it out, or give period"
         )
+    if not model.forced and period != 1:
+        raise InputError(
+            f"period = {period} counts forcing periods, and {model.name} is autonomous; "
+            "leave it out, and give a state near the cycle and its duration"
+        )
+    if duration is not None:
+        duration = float(model.replace(duration=duration).values[DURATION.name])
     given = None if state is None else initial_state(model, state)
     near = None if given is None else wrap_angles(given, model.angle_periods)
     search = _Search(model, int(period), tolerance, settle, duration)
@@ -281,13 +289,6 @@ class _Search:
 
     def _cycle(self, state: Array | None) -> PeriodicOrbit:
         model, duration = self.model, self.duration
-        if self.period != 1:
-            raise InputError(
-                f"period = {self.period} counts forcing periods, and {model.name} is autonomous; "
-                "leave it out, and give a state near the cycle and its duration"
-            )
-        if duration is not None and not 0 < duration < np.inf:
-            raise InputError(f"duration = {duration!r} s is not positive; give the cycle's, about")
         while True:
             orbits, guess = find_cycle(model, state, duration, self.settle)
             orbit = self._as_orbit(orbits, self._corrected(orbits, guess))
