@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import pytest
 
 from helpers.explorer_server import BASE, SLOW_PLANE, diagram, running_explorer
-from slipfold.interface.explorer.messages import parse_request
+from slipfold.interface.explorer.messages import ExportRequest, parse_request
 from slipfold.interface.explorer.security import ServerLimits
-from slipfold.interface.explorer.workers import Job, Workers
+from slipfold.interface.explorer.workers import Job, Reply, Workers
 
 EXPONENTS = {"kind": "exponents", "id": 1, "model": "sliding"}
 
@@ -119,6 +119,26 @@ def test_a_request_waits_for_the_worker_that_knows_its_branches_unless_that_take
     workers._workers = [home, free]
     assert workers._choose(made(friction)) is free
     assert workers._choose(made(diagram())) is home
+
+
+@pytest.mark.parametrize("view", [diagram(), SLOW_PLANE], ids=lambda view: view["kind"])
+def test_a_file_is_that_of_the_worker_that_made_what_is_shown(view):
+    """Each worker ends what takes long by its own seconds, so that another makes another file."""
+    workers, job = Workers(None, 2, ServerLimits()), made(view)
+    job.number, job.deliver = 1, lambda reply: None
+    done = {"finish": lambda: None, "resident_bytes": lambda: 0, "dropping": False}
+    home, maker = (
+        SimpleNamespace(index=index, idle=False, ready=True, job=job, **done) for index in range(2)
+    )
+    workers._workers = [home, maker]
+    workers._received(maker, Reply(job.number, b""))
+    home.idle = True
+    file = Job(ExportRequest(view={**view, "id": 0}, format="nc"), 0, None, None)
+    assert workers._choose(file) is None
+    maker.idle = True
+    assert workers._choose(file) is maker
+    workers._workers = [home, home]
+    assert workers._choose(file) is home
 
 
 def made(request, place=1):

@@ -213,7 +213,7 @@ class Answering:
                 return None
             changed = model.replace(**{request.vary: near.span[0]})
             moved = replace(near, model=changed, branches=branches, checked=None)
-            _keep(self._moved_diagrams, moved_key, moved)
+            keep(self._moved_diagrams, moved_key, moved)
         return self._moved_diagrams[moved_key]
 
     def _diagram(
@@ -231,8 +231,8 @@ class Answering:
             also = [_further(model, request.vary, item) for item in request.also]
             given = (model, request.vary, request.span)
             self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
-        _keep(self._nearest, _family(model, request), self._diagrams[key])
-        _keep(self._diagrams, key, self._diagrams[key])
+        keep(self._nearest, _family(model, request), self._diagrams[key])
+        keep(self._diagrams, key, self._diagrams[key])
         return self._diagrams[key]
 
     def _orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
@@ -262,7 +262,7 @@ class Answering:
             model, plane, window, on_progress=watch
         )
         if not found.interrupted:
-            _keep(self._planes, key, found)
+            keep(self._planes, key, found)
         return found
 
 
@@ -307,8 +307,8 @@ def _further(model: Model, vary: str, start: FurtherStart) -> PeriodicOrbit | di
     return {vary: start.value, **start.state}
 
 
-def _keep(diagrams: OrderedDict[Hashable, Any], key: Hashable, diagram: Any) -> None:
-    """Store a diagram as the newest of a few."""
+def keep(diagrams: OrderedDict[Hashable, Any], key: Hashable, diagram: Any) -> None:
+    """Store a diagram, or who has it, as the newest of a few."""
     diagrams[key] = diagram
     diagrams.move_to_end(key)
     if len(diagrams) > PAGE.diagrams:

@@ -10,7 +10,8 @@ import multiprocessing
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -19,12 +20,13 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from slipfold.errors import InputError
-from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.answering import Answering, keep
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     ExportRequest,
     OrbitRequest,
+    PlaneRequest,
     PostedRequest,
     Quick,
     ViewRequest,
@@ -282,6 +284,11 @@ KILLED = (
 )
 
 
+def _subject(view: ViewRequest) -> str:
+    """Return what a view is about, whatever is shown of it."""
+    return view.model_dump_json(exclude={"id", "slot", "show", "statistic"})
+
+
 class Workers:
     """A few processes that compute jobs; to be used from one event loop.
 
@@ -298,6 +305,7 @@ class Workers:
         self._numbers = itertools.count(READY + 1)
         self._pending: list[Job] = []
         self._workers: list[WorkerProcess] = []
+        self._makers: OrderedDict[Hashable, WorkerProcess] = OrderedDict()  # by subject
         self._failed_starts = 0
         self._extra = True  # whether one more may start for quick jobs
         self._stopping = False
@@ -367,6 +375,11 @@ class Workers:
             if late and self._extra and len(self._workers) == self._count:
                 self._workers.append(self._started(self._count))
             return idle[0] if idle else None
+        # Each has its own seconds after which curves end: another would make another file.
+        made = job.request.view if isinstance(job.request, ExportRequest) else None
+        maker = self._makers.get(_subject(made)) if made else None
+        if maker is not None and maker in self._workers:
+            return maker if maker.idle else None
         idle = [worker for worker in self._workers[: self._count] if worker.idle]
         if job.request.slow:
             # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
@@ -408,6 +421,8 @@ class Workers:
         elif worker.job is not None and worker.job.number == reply.number:
             job = worker.job
             if reply.last:
+                if isinstance(job.request, DiagramRequest | PlaneRequest):
+                    keep(self._makers, _subject(job.request), worker)
                 worker.finish()
                 if worker.resident_bytes() > self._limits.worker_bytes:
                     self._workers[worker.index] = self._started(worker.index)
