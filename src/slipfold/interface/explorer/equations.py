@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from slipfold.interface.explorer.plain import formula_of, plain_text
-from slipfold.models.friction.law import FrictionLaw, MemoryLaw
+from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.without_memory import Regularized
 from slipfold.models.model import Model
 from slipfold.models.registry import model_of_text
 from slipfold.models.sliding_oscillator import SlidingOscillator
@@ -72,18 +73,18 @@ def equations_of(model: Model, text: str) -> dict[str, Any]:
 def _of_system(model: Model, law: FrictionLaw | None = None) -> dict[str, list[Row]]:
     assert isinstance(model, System)
     definition = model._equations.definition
-    symbols = {item.name: _symbol(item.name, item.symbol) for item in model.parameters}
+    symbols = _symbols(model)
     contacts: list[Row] = []
     for name, table in definition.contacts.items():
         slips = [_pretty(part, symbols) for part in table.slip]
         forces = [_pretty(force, symbols) for force in table.forces(name)]
         own = law or table.friction.law
-        formulas = {} if law else table.friction.formulas
-        named = {key: _pretty(text, symbols) for key, text in formulas.items()}
+        formulas = table.friction.formulas.items()
+        named = _symbols(law) if law else {key: _pretty(text, symbols) for key, text in formulas}
         for force, slip in zip(forces, slips, strict=True):
             contacts += _force(own, named, force, slip, f"in {name}")
         contacts.append(["N", _pretty(table.normal, symbols), f"normal force of {name}"])
-        contacts.append(_coefficient(own, named))
+        contacts += _coefficient(own, named)
     period = definition.period
     return {
         "Equations of motion": [
@@ -106,7 +107,7 @@ def _of_system(model: Model, law: FrictionLaw | None = None) -> dict[str, list[R
 def _of_structure(model: Structure) -> dict[str, list[Row]]:
     assembly = model._assembly
     definition, names = assembly.definition, assembly.names
-    symbols = {item.name: _symbol(item.name, item.symbol) for item in model.parameters}
+    symbols = _symbols(model)
     parts: list[Row] = []
     forces: dict[int, list[str]] = {}
     for place, item in enumerate(assembly.placed):
@@ -185,7 +186,7 @@ def _component(component: Component, name: str, symbols: Mapping[str, str]) -> I
         ]
         yield from _force(component.law, own, name, ", ".join(slips), f"along {', '.join(along)}")
         yield ["N", _load(component.load, own), f"normal force of {name}"]
-        yield _coefficient(component.law, own)
+        yield from _coefficient(component.law, own)
     elif isinstance(component, HarmonicForce):
         order = "" if component.harmonic == 1 else f"{component.harmonic}·"
         yield [name, f"{own['F']} cos(2π {order}f t + {own['phi']})", f"force at {component.at}"]
@@ -213,15 +214,19 @@ def _force(
 ) -> Iterator[Row]:
     """Yield a friction force, and how its memory changes if the law has one."""
     kind, named = type(law), {**named, "v": "s"}
-    if issubclass(kind, MemoryLaw):
+    if law.memory(1):
         yield [force, f"{_said(kind.forces, named)}, s = {slip}", f"friction {of}"]
         yield ["z′", _said(kind.memory_rates, named), f"memory of {force}"]
     else:
         yield [force, f"μ(|s|) N s/|s|, s = {slip}", f"friction {of}"]
 
 
-def _coefficient(law: FrictionLaw, named: Mapping[str, str]) -> Row:
-    return ["μ(|s|)", _said(type(law).formula, {**named, "v": "|s|"}) or law.label, law.label]
+def _coefficient(law: FrictionLaw, named: Mapping[str, str], name: str = "μ") -> Iterator[Row]:
+    """Yield the friction coefficient, and that of the law which it regularizes."""
+    text = _said(type(law).formula, {**named, "v": "|s|"}) or law.label
+    yield [f"{name}(|s|)", text, "" if text == law.label else law.label]
+    if isinstance(law, Regularized):
+        yield from _coefficient(law.law, named, "μ₀")
 
 
 def _said(method: Callable[..., Any], symbols: Mapping[str, str]) -> str:
@@ -230,6 +235,10 @@ def _said(method: Callable[..., Any], symbols: Mapping[str, str]) -> str:
     if "``" not in words:
         return ""
     return re.sub(r"``(.+?)``", lambda found: _pretty(found[1], symbols), words)
+
+
+def _symbols(owner: Model | FrictionLaw) -> dict[str, str]:
+    return {item.name: _symbol(item.name, item.symbol) for item in owner.parameters}
 
 
 def _symbol(name: str, symbol: str = "") -> str:

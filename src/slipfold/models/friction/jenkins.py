@@ -106,7 +106,7 @@ class Jenkins(MemoryLaw):
         return tuple(contact.normal * (p["mu_k"] * z) for z in contact.memory)
 
     def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``w - z |z|^(n-2) max(w.z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off."""
+        """``w - z |z|^(n-2) max(w·z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off."""
         inverse, memory = p["kt"] / (p["mu_k"] * contact.normal), contact.memory
         fading = contact.normal_rate / contact.normal
         held = [inverse * v - fading * z for v, z in zip(contact.slip, memory, strict=True)]
@@ -221,11 +221,11 @@ class Iwan(FrictionLaw):
         return tuple(part for element in self.elements for part in element.steady_memory(slip))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """Sum of the elements' friction coefficients, in steady slip."""
+        """Sum of ``mu_k`` over the elements, in steady slip."""
         return sum(p[f"mu_k{position}"] for position in range(1, len(self.elements) + 1))
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Sum of the forces of the elements."""
+        """Sum of ``mu_k N z`` over the elements."""
         size, numbers = len(contact.slip), range(len(self.elements))
         return tuple(
             contact.normal
@@ -234,7 +234,7 @@ class Iwan(FrictionLaw):
         )
 
     def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """The rates of the elements, one after the other."""
+        """``w - z |z|^(n-2) max(w·z, 0)``, ``w = kt v/(mu_k N) - z N'/N``, of each element."""
         size = len(contact.slip)
         rates: list[Expression] = []
         for n, element in enumerate(self.elements):

@@ -254,7 +254,7 @@ class BoucWen(MemoryLaw):
         return tuple(contact.normal * z for z in contact.memory)
 
     def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``A v - |z|^(n-2) z (b |v.z| + c v.z)``."""
+        """``A v - |z|^(n-2) z (b |v·z| + c v·z)``."""
         slip, memory = contact.slip, contact.memory
         power = sum(v * z for v, z in zip(slip, memory, strict=True))
         floor = p["e"] * self._limit(p)

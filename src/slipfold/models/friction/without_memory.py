@@ -302,7 +302,7 @@ class Regularized(FrictionLaw):
         return max(self.law.typical_speed, 5 * self.e)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """The law's coefficient times the rise."""
+        """``mu0(v) g(v/e)``, ``g(x)`` = ``tanh(x)``, ``2 atan(x)/pi`` or ``x/sqrt(x^2 + 1)``."""
         return self.law.formula(speed, p) * self._rise(speed / p["e"])
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
