@@ -6,6 +6,7 @@ import slipfold as sf
 from helpers.dry_friction import belt
 from slipfold.interface.explorer.messages import SweepRequest
 from slipfold.interface.explorer.sweeps import send_sweep
+from slipfold.models.registry import model_named
 
 
 def swept(model, vary, span, **options):
@@ -66,3 +67,11 @@ def test_a_run_ends_where_the_model_does():
     runs, ends = swept(sf.SlidingOscillator(f=12.5), "Nd", (0.9, 1.4), points=6)
     assert set(ends) == {"up", "down"}
     assert len(runs["up"]) < 6
+
+
+def test_a_motion_that_rests_is_one_point():
+    model = model_named("stribeck")
+    first = model.variable_parameters[0]
+    value = model.values[first.name]
+    runs, _ = swept(model, first.name, (value, 1.1 * value), points=2, statistic="max_and_min")
+    assert {len(each) for run in runs.values() for each in run.values()} == {1}

@@ -11,6 +11,7 @@ from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import Falling, LinearOscillator, Runaway
 from slipfold import InputError, SlidingOscillator
 from slipfold.flow.simulate import simulate
+from slipfold.models.registry import model_named
 
 SCALE = np.array([1.0, 1.0, 80.0, 80.0])
 SLIDING = SlidingOscillator(f=12.2, Nd=0.15)
@@ -40,14 +41,25 @@ def test_dense_output_is_exact_anywhere(linear, cycles):
     assert linear.at(times) == pytest.approx(linear.model.exact(times, [0.3, -2.0]), abs=1e-11)
 
 
-def test_extremes_are_those_of_the_exact_response(linear):
+def test_extrema_are_those_of_the_exact_response(linear):
     late = (300 + np.linspace(0, 1, 20_001)) * linear.forcing_period
     exact = linear.model.exact(late, [0.3, -2.0])[:, 0]
-    assert linear.extremes("x") == pytest.approx([exact.max()], rel=1e-6)
-    assert linear.extremes("x", "min") == pytest.approx([exact.min()], rel=1e-6)
-    assert linear.extremes("x", "peak_to_peak") == pytest.approx([np.ptp(exact)], rel=1e-6)
+    assert linear.extrema("x") == pytest.approx([exact.max()], rel=1e-6)
+    assert linear.extrema("x", "min") == pytest.approx([exact.min()], rel=1e-6)
+    assert linear.extrema("x", "peak_to_peak") == pytest.approx([np.ptp(exact)], rel=1e-6)
     with pytest.raises(InputError, match="an output has no 'mean'; did you mean min"):
-        linear.extremes("x", "mean")
+        linear.extrema("x", "mean")
+    for periods in (0, -5):
+        with pytest.raises(InputError, match=f"periods = {periods} is less than 1"):
+            linear.extrema("x", periods=periods)
+
+
+@pytest.mark.parametrize(("name", "fewest"), [("duffing", 2), ("lorenz", 5)])
+def test_runs_too_short_for_extrema_are_refused(name, fewest):
+    model = model_named(name)
+    with pytest.raises(InputError, match=f"whole .*, fewer than {fewest}; simulate longer"):
+        simulate(model, fewest - 1).extrema(model.shown[0])
+    assert len(simulate(model, fewest).extrema(model.shown[0], periods=1)) == 1
 
 
 def test_samples_agree_with_the_dense_output(sliding):

@@ -54,7 +54,7 @@ MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What may be taken of an output over a period."""
 
 SAME = 1e-5
-"""Distance, over the largest extreme, below which two are one."""
+"""Distance, over the largest extremum, below which two are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,27 +267,34 @@ class Trajectory(OneLine, Documented):
         """
         return self._sampled_steadily(periods, per_period)[1].outputs()
 
-    def extremes(
+    def extrema(
         self, name: OutputName, measure: Measure = "max", periods: LastPeriods = 16
     ) -> Array:
-        """Return the extremes of an output in the last periods, each once, in rising order.
+        """Return the extrema of an output in the last periods, each once, in rising order.
 
         They are vertices of parabolas through samples.
 
         Returns
         -------
         ndarray, shape (m,)
-            Extremes in the unit of the output.
+            Extrema in the unit of the output.
+
+        Raises
+        ------
+        InputError
+            If `periods` is less than 1, or the run too short to hold an extremum.
         """
         if measure not in MEASURES:
             raise unknown("an output has no", measure, MEASURES)
+        intervals = 1 if self.model.forced else ROUND
+        # One more: the extremum of a period may lie between its last sample and the next.
+        self._refuse_fewer(periods, intervals + 1)
         if self.settlement.duration is not None:
             samples = self.steady_outputs(1, 256)[:, self._flow.output_index(name)]
             rows = np.append(samples, samples[:1])[None]
         else:
-            # One period more: the extreme of a period may lie between its last sample and the next.
-            samples = self.output(name, -periods - 1)[1]
-            width = 64 * (1 if self.model.forced else ROUND)
+            samples = self.output(name, -max(periods, intervals) - 1)[1]
+            width = 64 * intervals
             begins = np.arange(0, len(samples) - width, width)
             rows = samples[np.add.outer(begins, np.arange(width + 1))]
         found = reached(rows, measure)
@@ -309,18 +316,21 @@ class Trajectory(OneLine, Documented):
         InputError
             If `periods` is less than 1 or the run is shorter than one response period.
         """
-        if periods < 1:
-            raise InputError(f"periods = {periods} is less than 1; give 1 or more")
+        response = self.settlement.period or 1
+        self._refuse_fewer(periods, response)
         if self.settlement.duration is not None:
             return periods
-        response = self.settlement.period or 1
-        count = min(-(-periods // response), self.periods // response) * response
-        if count == 0:
+        return min(-(-periods // response), self.periods // response) * response
+
+    def _refuse_fewer(self, periods: int, needed: int) -> None:
+        """Refuse no periods, and a run of fewer than are needed unless it is a cycle."""
+        if periods < 1:
+            raise InputError(f"periods = {periods} is less than 1; give 1 or more")
+        if self.settlement.duration is None and self.periods < needed:
+            whole = "forcing periods" if self.model.forced else "intervals of its duration"
             raise InputError(
-                f"the run has {self.periods} whole forcing periods, fewer than one response; "
-                "simulate longer"
+                f"the run has {self.periods} whole {whole}, fewer than {needed}; simulate longer"
             )
-        return count
 
     def _within(self, index: int, cycles: Array) -> Array:
         """Integrate one forcing period again, to increasing times within it."""
@@ -512,7 +522,7 @@ def _joined(spans: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def reached(values: Array, measure: str) -> Array:
-    """Return the extreme of an output in each period, the vertex of a parabola.
+    """Return the extremum of an output in each period, the vertex of a parabola.
 
     Shapes: values (m, samples), of a period and the first one of the next; returns (m,).
     """

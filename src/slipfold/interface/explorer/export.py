@@ -231,8 +231,8 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
         ]
     runs = ", ".join(f'"{run}": {way}' for run, way in zip(view.runs, ways, strict=True))
     unit = "" if model.forced else f", duration={swept_model(model, view).values['duration']!r}"
-    each = '[(value, y) for y in solution.extremes("{}", "{}").tolist()]'
-    places = [each.format(view.show, part) for part in parts_of(view.statistic)]
+    each = '*solution.extrema("{}", "{}")'
+    found = ", ".join(each.format(view.show, part) for part in parts_of(view.statistic))
     return [
         f"runs = {{{runs}}}",
         f"start = state = {start_of(model, view)!r}",
@@ -251,7 +251,7 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
         '            print(f"swept {run}, it ended: {solution.stopped.reason}")',
         "            break",
         "        state = motion",
-        *(f"        swept[run] += {item}" for item in places),
+        f"        swept[run] += [(value, y) for y in np.unique([{found}]).tolist()]",
         "ax = Figure().subplots()",
         "for run, places in swept.items():",
         '    ax.plot(*np.reshape(places, (-1, 2)).T, ".", label=f"swept {run}")',

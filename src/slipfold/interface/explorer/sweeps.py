@@ -97,6 +97,6 @@ def _followed(
 
 
 def _shown(trajectory: Trajectory, request: SweepRequest) -> list[float]:
-    """Return extremes of an output in the last periods."""
-    parts = [trajectory.extremes(request.show, part) for part in parts_of(request.statistic)]
-    return [float(value) for value in short(np.concatenate(parts))]
+    """Return extrema of an output in the last periods, each that differs where it is drawn once."""
+    parts = [trajectory.extrema(request.show, part) for part in parts_of(request.statistic)]
+    return [float(value) for value in np.unique(short(np.concatenate(parts)))]
