@@ -5,6 +5,7 @@ import pytest
 from scipy.special import ellipk
 
 import slipfold as sf
+from slipfold.models.nonlinear_mode import NonlinearMode
 from slipfold.models.registry import model_named
 
 
@@ -112,3 +113,9 @@ def test_a_backbone_is_saved_and_drawn(tmp_path):
 def test_what_has_no_backbone_is_refused(model, given, message):
     with pytest.raises(sf.InputError, match=message):
         sf.backbone(**{"model": model, "output": "q", "up_to": 1, **given})
+
+
+def test_a_velocity_that_two_displacements_share_is_damped_once():
+    states = {"x": "v", "w": "v", "v": "-x - 0.1*x^3 - 0.05*v"}
+    mode = NonlinearMode(sf.System(name="two", states=states), xi=0.07)
+    assert mode.jacobian([0, 0, 0])[2, 2] == pytest.approx(0.07 - 0.05)

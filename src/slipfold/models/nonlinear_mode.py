@@ -98,7 +98,7 @@ class NonlinearMode(Unforced):
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Return the time derivatives of the states, per second."""
         rates = super().rates(q, c, phase)
-        for name in velocities_of(self._base.kind).values():
+        for name in dict.fromkeys(velocities_of(self._base.kind).values()):  # each once
             rates[name] = rates[name] + c[XI.name] * q[name]
         return rates
 
