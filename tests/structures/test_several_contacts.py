@@ -121,6 +121,8 @@ def test_a_surface_does_not_turn_while_a_contact_may_stick_to_it():
     for span in ((-2, 0), (-2, 1)):
         with pytest.raises(InputError, match=words):
             sf.response(rubbing, vary="Vd", span=span)
+    with pytest.raises(InputError, match=r"must be > 0 m/s, .* Regularized law to reach zero$"):
+        sf.response(sf.SlidingOscillator(), vary="Vd", span=(1, -1))
 
 
 def test_contacts_in_one_place_add_unless_they_all_hold():

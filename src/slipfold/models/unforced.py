@@ -287,13 +287,12 @@ def find_modes(jacobian: Array, names: tuple[str, ...]) -> Modes:
 
 def _one_way(speed: Parameter, value: float) -> Parameter:
     """Bound a velocity by zero, on the side of a value."""
-    why = (
-        ", since a contact may stick to this surface; give the contact a Regularized law to pass "
-        f"zero, or the model a {speed.name} {'>' if value < 0 else '<'} 0"
-    )
+    sign, other = (">", speed.upper) if value < 0 else ("<", -speed.lower)
+    turned = f"pass zero, or the model a {speed.name} {sign} 0" if other > 0 else "reach zero"
+    why = ", since a contact may stick to this surface; give the contact a Regularized law to "
     if value < 0:
-        return replace(speed, upper=0.0, upper_open=True, why=why)
-    return replace(speed, lower=0.0, lower_open=True, why=why)
+        return replace(speed, upper=0.0, upper_open=True, why=why + turned)
+    return replace(speed, lower=0.0, lower_open=True, why=why + turned)
 
 
 class MechanicalModel(Model):
