@@ -10,7 +10,12 @@ from helpers.dry_friction import belt, sliding
 from slipfold.interface.explorer.messages import MotionRequest, SimulationRequest
 from slipfold.interface.explorer.motions import ROUNDS, send_motion
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import KeptTrajectories, orbit_view, send_simulation
+from slipfold.interface.explorer.trajectories import (
+    KeptTrajectories,
+    contacts_view,
+    orbit_view,
+    send_simulation,
+)
 
 CHAIN = """
 name = "chain"
@@ -63,6 +68,9 @@ def test_a_belt_carries_a_mass_as_simulate_says():
     assert last["verdict"] == motion.settlement.message
     assert last["duration"] == motion.settlement.duration
     assert last["contacts"]["words"].startswith("In its last period contact sticks once, ")
+    short = sf.simulate(model, 2)  # nothing forces it, and it has not come back
+    words = f"In its last {short.duration:.3g}\u202fs contact sticks"
+    assert contacts_view(short)["words"].startswith(words)
     assert last_message(sf.built_in_models()["duffing"](), periods=3)["contacts"] is None
 
 

@@ -380,14 +380,18 @@ class LastRound(Documented):
     stuck: Annotated[bool, "Whether all contacts stick all the time."] = False
 
 
+def last_periods(trajectory: Trajectory) -> int:
+    """Return how long the last response is, or else a forcing period or 16 intervals at the end."""
+    unsettled = 1 if trajectory.model.forced else min(16, trajectory.periods)
+    return trajectory.settlement.period or unsettled
+
+
 def last_round(trajectory: Trajectory) -> LastRound | None:
     """Return what the last whole round of a trajectory shows; None if there is none.
 
-    That is the last response, or one more round of a cycle; of a trajectory that has not settled
-    the last forcing period.
+    That is one more round of a cycle, or else as long as `last_periods`.
     """
-    settlement, model = trajectory.settlement, trajectory.model
-    count = settlement.period or (1 if model.forced else min(16, trajectory.periods))
+    settlement, model, count = trajectory.settlement, trajectory.model, last_periods(trajectory)
     if not 1 <= count <= trajectory.periods:
         return None
     if settlement.duration is not None:

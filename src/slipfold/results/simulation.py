@@ -138,7 +138,7 @@ class Simulation(Trajectory, Result):
         """The last whole round: extrema of the states, when contacts stick; None if there is none.
 
         That is the last response or cycle; of a trajectory that has not settled the last forcing
-        period.
+        period, or the last 16 intervals if nothing forces it.
         """
         return last_round(self)
 

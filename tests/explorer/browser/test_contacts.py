@@ -26,7 +26,7 @@ def let_go(explorer):
 
 def moment(explorer, phase):
     """Show a moment of the round; return what contacts do then."""
-    explorer.page.get_by_label("Moment in the last period").evaluate(
+    explorer.page.get_by_label("Moment at the end").evaluate(
         "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }",
         phase,
     )

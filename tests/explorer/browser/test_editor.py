@@ -151,7 +151,7 @@ def test_the_mechanism_of_a_file_is_drawn_and_moves(explorer):
     page.wait_for_selector(".contacts[data-drawn]")
     moving = page.locator(".contacts .schematic .belt").first
     before = moving.get_attribute("d")
-    page.get_by_label("Moment in the last period").evaluate(
+    page.get_by_label("Moment at the end").evaluate(
         "(slider) => { slider.value = 0.123; slider.dispatchEvent(new Event('input')); }"
     )
     assert moving.get_attribute("d") != before

@@ -19,7 +19,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import initial_state
 from slipfold.flow.simulate import simulate as integrate
-from slipfold.flow.trajectory import LastRound, Trajectory, last_round
+from slipfold.flow.trajectory import LastRound, Trajectory, last_periods, last_round
 from slipfold.interface.explorer.mechanism import mechanism_of
 from slipfold.interface.explorer.messages import (
     MOST_PERIODS,
@@ -284,13 +284,16 @@ def _contact_piece(contacts: ContactRounds, piece: ContactPhase) -> dict[str, An
 
 
 def _words(trajectory: Trajectory, last: LastRound | None) -> str:
-    """Return in a sentence what contacts do in a period."""
+    """Return in a sentence what contacts do in the last round."""
     if last is None:
         return ""
     if last.stuck and trajectory.sticking is not None:
         return "It is stuck: all contacts stick all the time."
+    seconds = last_periods(trajectory) * trajectory.forcing_period
+    repeats = trajectory.model.forced or trajectory.settlement.duration is not None
+    end = "period" if repeats else f"{seconds:.3g}\u202fs"
     if not last.sticking:
-        return "It always slips in its last period."
+        return f"It always slips in its last {end}."
     counts = {item.contact: 0 for item in last.sticking}
     for item in last.sticking:
         counts[item.contact] += 1
@@ -299,7 +302,7 @@ def _words(trajectory: Trajectory, last: LastRound | None) -> str:
         f"{name} sticks {times.get(count, f'{count} times')}" for name, count in counts.items()
     )
     fraction = f"{100 * last.fraction:.3g}\u202f% of the time"
-    return f"In its last period {text}, {fraction}."
+    return f"In its last {end} {text}, {fraction}."
 
 
 def send_exponents(model: Model, request: ExponentsRequest, send: Emit, check: Check) -> None:

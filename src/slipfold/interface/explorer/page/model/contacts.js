@@ -1,4 +1,4 @@
-/** What contacts do in the last period of a simulation: pictures and panel. */
+/** What contacts do at the end of a simulation: pictures and panel. */
 
 import { element } from "../dom.js";
 import { Cursor, Player } from "../player.js";
@@ -176,13 +176,13 @@ export class ContactPanel {
   #shown = null;
   #isFirst = true;
   #plots = contactPlots((time) => this.#scrub(time));
-  #player = new Player(this.cursor, { moment: "Moment in the last period", motion: "the last period" });
+  #player = new Player(this.cursor, { moment: "Moment at the end", motion: "the end of the motion" });
   #stages = { sliding: new Mechanism("contacts"), row: new Schematic(), belts: new Belts(), phase: new PhaseAnimation("contact-motion") };
   #stage = element("div", { class: "stage" });
 
   constructor(session, simulation) {
     this.#session = session;
-    this.node = element("div", { class: "contacts", "aria-label": "The last period", role: "group" },
+    this.node = element("div", { class: "contacts", "aria-label": "The end of the motion", role: "group" },
       element("div", { class: "stage-column" }, this.#stage, this.#player.node),
       element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node)));
     this.cursor.moved.subscribe((phase) => this.#point(phase));
