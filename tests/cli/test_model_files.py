@@ -193,6 +193,10 @@ def test_a_reduction_says_how_wrong_it_is_at_the_values_that_are_set(frame):
         assert "2 degrees of freedom reduced to 1, band up to 0.983632 Hz" in said
         assert f"receptances by {report.receptance_error:.2g}\n" in said
     assert report.receptance_error > 1
+    assert "receptances" not in run("models", str(frame)).stderr
+    model = find_model(str(frame), {"w": "9"})
+    assert model.replace(F=0.5).reduction_report is model.reduction_report
+    assert model.replace(w=0).reduction_report.receptance_error < 1
 
 
 def test_response_of_a_structure_and_its_saved_result(frame, tmp_path):

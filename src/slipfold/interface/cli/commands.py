@@ -20,7 +20,7 @@ from slipfold import options as declarations
 from slipfold.declarations import METAVARS, Option, declared, flags_of, resolved
 from slipfold.errors import InputError, suggest
 from slipfold.interface.cli.reading import (
-    find_model,
+    make_model,
     parse_assignments,
     parse_event,
     parse_intervals,
@@ -271,7 +271,7 @@ MODEL = argument(
 def read_model(texts: Values, values: Values) -> Values:
     """Read the model with its values and its friction law."""
     changes = parse_assignments(texts["set_"])
-    return {"model": find_model(texts["model"], changes, texts["friction"])}
+    return {"model": make_model(texts["model"], changes, texts["friction"])}
 
 
 def vary_option(help_: str) -> inspect.Parameter:

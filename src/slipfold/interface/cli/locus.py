@@ -16,7 +16,7 @@ from slipfold.interface.cli.commands import (
     read_varied,
     vary_option,
 )
-from slipfold.interface.cli.reading import find_model, load_result, parse_assignments, parse_event
+from slipfold.interface.cli.reading import load_result, make_model, parse_assignments, parse_event
 from slipfold.options import Regimes, Regions, Types
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def locus(
     common: Any = {"settings": settings, "on_progress": on_progress}
     types = [text.upper() for text in type_ or ()] or None
     if not saved:
-        model = find_model(name, parse_assignments(given["set_"]), given["friction"])
+        model = make_model(name, parse_assignments(given["set_"]), given["friction"])
         common |= {"periods": period or PERIODS, "regions": regions, "regimes": regimes}
         return bifurcation_set(model, (first, second), window, types=types, **common)
     if label and (types or period):

@@ -42,13 +42,18 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
         law = Source({}, "--friction").read(read_law, value, ("--friction",))
     if given.endswith(".toml"):
         model = model_of_file(given, changes, law)
-        notes = [*model.notes]
-        if report := getattr(model, "reduction_report", None):
-            notes.append(", ".join(str(report).splitlines()[:2]))
-        for note in notes:
+        for note in model.notes:
             print(f"slipfold: {given}: {note}", file=sys.stderr)
         return model
     return model_named(given, **with_law(given, law), **changes)
+
+
+def make_model(given: str, changes: Mapping[str, str], friction: str | None) -> Model:
+    """Make the model that a command computes with, and print how wrong its reduction is."""
+    model = find_model(given, changes, friction)
+    if report := getattr(model, "reduction_report", None):
+        print(f"slipfold: {given}: {', '.join(str(report).splitlines()[:2])}", file=sys.stderr)
+    return model
 
 
 def load_result(path: str, kind: type[R], advice: str) -> R:

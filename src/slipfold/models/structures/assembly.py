@@ -89,6 +89,7 @@ class Assembly:
         self._retain()
         self.size = len(self.names)
         self.factors: dict[str, str] = {}  # formulas of coefficients that multiply matrices
+        self._reports: dict[tuple[float, ...], ReductionReport] = {}  # by their values
         # Parts of matrices, each with the coefficient that multiplies it, None for one
         self.inertia = Inertia(
             self.mass, tuple((str(key), part) for key, part in self._terms("M")[1:])
@@ -186,7 +187,11 @@ class Assembly:
         """Return what the reduction changes at parameter values; None without one."""
         if self.reduced is None:
             return None
-        return self.reduced.report(self._coupling(values) if self.factors else None)
+        factors = tuple(self.factors_at(values).values())
+        if factors not in self._reports:  # of large structures each takes seconds
+            coupling = self._coupling(values) if factors else None
+            self._reports[factors] = self.reduced.report(coupling)
+        return self._reports[factors]
 
     def _watched_directions(self) -> tuple[tuple[str, Direction], ...]:
         """Return watched displacements, and those of a boundary, which are no states."""
