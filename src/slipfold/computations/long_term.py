@@ -507,26 +507,20 @@ def regimes(
         )
     refuse_varied(vary, parameters, "vary")
     checked_forced(changed)
-    axes = [
-        equidistant(changed.variable_parameter(name), span, count)
+    over = {
+        name: equidistant(changed.variable_parameter(name), span, count)
         for (name, span), count in zip(vary.items(), points, strict=True)
-    ]
-    one, other = vary
+    }
     started = perf_counter()
     work, interrupted = find_regimes(
-        changed,
-        (one, other),
-        (axes[0], axes[1]),
-        initial_state(changed, state),
-        transient,
-        on_progress,
+        changed, over, initial_state(changed, state), transient, on_progress
     )
     known = work.known
     further = range(1, len(known.kinds) - len(RUNS) + 1)
-    shape = len(known.kinds), len(axes[0]), len(axes[1])
+    shape = len(known.kinds), *map(len, over.values())
     return RegimeMap(
         model=work.model,
-        over=dict(zip(vary, axes, strict=True)),
+        over=over,
         runs=(*RUNS, *(f"continued {number}" for number in further)),
         kinds=work.reported_kinds.reshape(shape),
         periods=known.periods.reshape(shape),

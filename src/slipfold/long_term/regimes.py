@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import combinations
 
@@ -168,8 +169,7 @@ RUNS = ("rest", "up", "down")
 
 def find_regimes(
     model: Model,
-    axes: tuple[str, str],
-    places: tuple[Array, Array],
+    over: Mapping[str, Array],
     start: Array,
     transient: int,
     observer: Observer | None = None,
@@ -177,17 +177,16 @@ def find_regimes(
     """Follow trajectories in all cells: from the start, and from those of neighboring cells.
 
     Runs up and down along the second parameter come first. Then every trajectory is continued to
-    all neighbors until none is new. Return them, and whether that was interrupted. Shapes: places
+    all neighbors until none is new. Return them, and whether that was interrupted. Shapes: over
     (n1,), (n2,); start (n,).
     """
-    shape = len(places[0]), len(places[1])
-    first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
-    values = {axes[0]: first, axes[1]: second}
+    grids = np.meshgrid(*over.values(), indexing="ij")
+    values = {name: grid.ravel() for name, grid in zip(over, grids, strict=True)}
     work = TrajectoryGrid(model, values, len(RUNS), start, transient, observer)
     interrupted = False
     try:
         work.from_rest(0)
-        cells = np.arange(first.size).reshape(shape)
+        cells = np.arange(grids[0].size).reshape(grids[0].shape)
         _sweep(work, cells)
         work.classify_open()
         continue_to_neighbors(work, cells)
