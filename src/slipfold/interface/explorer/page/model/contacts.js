@@ -170,7 +170,7 @@ export function valueAt({ t }, values, time) {
 
 export class ContactPanel {
   cursor = new Cursor();
-  /** The element to put on the page; where the model has contacts its place is kept free. */
+  /** The element to put on the page. */
   node;
   #session;
   #shown = null;
@@ -187,7 +187,6 @@ export class ContactPanel {
       element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node)));
     this.cursor.moved.subscribe((phase) => this.#point(phase));
     simulation.changed.subscribe(({ contacts, view }) => this.#show(contacts, view));
-    session.store.changed.subscribe(() => this.#makeRoom());
     this.#show(null, null);
   }
 
@@ -198,26 +197,10 @@ export class ContactPanel {
     return [this.#stageOf(this.#shown), ...seen].map(({ figure }) => figure);
   }
 
-  /** Keep the place of what is to come, so that nothing moves when it does. */
-  #makeRoom() {
-    const contacts = this.#session.model.contacts;
-    this.node.hidden = contacts.length === 0;
-    this.node.classList.toggle("former", this.#shown === null);
-    if (this.#shown || !contacts.length) return;
-    // Which pictures there will be follows from the contacts.
-    const isPlanar = contacts.every(({ directions }) => directions > 1);
-    this.#plots.at(-1).plot.node.hidden = !isPlanar;
-    const { node } = this.#stageOf({
-      mechanism: this.#session.model.name === "sliding" ? { kind: "sliding" } : null,
-      contacts: contacts.map(({ directions }) => ({ plate: Array(directions), pieces: [{ displacement: [] }] })),
-    });
-    if (node.parentNode !== this.#stage) this.#stage.replaceChildren(node);
-  }
-
   #show(answer, view) {
     if (answer === this.#shown?.answer) return;
     this.#shown = answer && { answer, contacts: answer.contacts, mechanism: answer.mechanism, isForced: this.#session.model.forced };
-    this.#makeRoom();
+    this.node.hidden = answer === null;
     if (!answer) {
       this.cursor.pause();
       delete this.node.dataset.drawn;
