@@ -224,7 +224,7 @@ class CubicStribeck(FrictionLaw):
         return self.vm / 3
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """``mu_s - a v + b v^3``."""
+        """``mu_s - (mu_s - mu_m) v (3 - v^2/vm^2)/(2 vm)``."""
         ratio = speed / p["vm"]
         fall = ratio * (1.5 - 0.5 * (ratio * ratio))
         return p["mu_s"] - (p["mu_s"] - p["mu_m"]) * fall
