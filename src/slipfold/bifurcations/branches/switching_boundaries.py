@@ -56,7 +56,7 @@ class BORDER:
     elsewhere: float = 0.05
     # Arclength within which a grazing is searched
     ahead: float = 0.02
-    # Arclength beside a place where changes meet at which they are told apart
+    # Arclength beside a place where changes meet at which they are distinguished
     beside: float = 1e-7
     swaps: int = 16  # changes that may swap in a step
     # Distance in the scaled parameter of two points that are one: each is known to a tenth of it

@@ -89,8 +89,8 @@ def find_bifurcation_set(
         )
     wanted = not why if regions is None else regions
     labels = search.map_regions(loci) if wanted and not search.interrupted else None
-    told = why and regions is None and not every and periods == PERIODS
-    notes = (f"no regions: {why}",) if told else ()
+    is_noted = why and regions is None and not every and periods == PERIODS
+    notes = (f"no regions: {why}",) if is_noted else ()
     return BifurcationSet(loci, labels, search.interrupted, (*search.missing(loci), *notes))
 
 
