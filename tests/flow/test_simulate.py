@@ -62,6 +62,29 @@ def test_runs_too_short_for_extrema_are_refused(name, fewest):
     assert len(simulate(model, fewest).extrema(model.shown[0], periods=1)) == 1
 
 
+def test_a_value_on_the_border_of_a_window_is_no_extremum():
+    cycle = sf.simulate(model_named("vanderpol-free"), 60, duration=1)  # a round is 6.66 s
+    assert not cycle.settlement.settled
+    assert cycle.extrema("x") == pytest.approx([2.00861986], rel=1e-5)
+    growth = sf.System(states={"x": "0.01*x"})  # it never turns
+    for measure, value in {"max": np.exp(0.2), "min": np.exp(0.03)}.items():
+        found = sf.simulate(growth, 20, {"x": 1}, duration=1).extrema("x", measure)
+        assert found == pytest.approx([value], rel=1e-3)
+
+
+def test_extrema_of_outputs_that_jump_are_their_samples():
+    jumps = sf.System(
+        parameters={"W": 1}, forcing={"period": "2*pi/W"}, states={"q": "-q"},
+        outputs={"sign": "tanh(1e6*cos(W*t - 0.1))"},
+    )  # fmt: skip
+    for measure, value in {"max": 1, "min": -1, "peak_to_peak": 2, "modulus": 1}.items():
+        assert simulate(jumps, 40).extrema("sign", measure).tolist() == [value]
+
+
+def test_rest_has_one_extremum():
+    assert len(simulate(model_named("squeal"), 1000).extrema("x")) == 1
+
+
 def test_samples_agree_with_the_dense_output(sliding):
     times, states = sliding.sample(3, 7, 10)
     assert states.shape == (40, 4)

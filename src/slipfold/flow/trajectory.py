@@ -272,7 +272,8 @@ class Trajectory(OneLine, Documented):
     ) -> Array:
         """Return the extrema of an output in the last periods, each once, in rising order.
 
-        They are vertices of parabolas through samples.
+        They are vertices of parabolas through samples, in each forcing period, or in four intervals
+        of an unforced motion if it turns there; if it turns in none, of all values.
 
         Returns
         -------
@@ -286,18 +287,18 @@ class Trajectory(OneLine, Documented):
         """
         if measure not in MEASURES:
             raise unknown("an output has no", measure, MEASURES)
-        intervals = 1 if self.model.forced else ROUND
+        settled, forced = self.settlement.settled, self.model.forced
+        intervals = 1 if forced else ROUND
         # One more: the extremum of a period may lie between its last sample and the next.
         self._refuse_fewer(periods, intervals + 1)
-        if self.settlement.duration is not None:
-            samples = self.steady_outputs(1, 256)[:, self._flow.output_index(name)]
-            rows = np.append(samples, samples[:1])[None]
+        if settled:  # its own round says all
+            count = self.steady_periods(1)
+            samples = self.steady_outputs(count, 64 * intervals)[:, self._flow.output_index(name)]
         else:
             samples = self.output(name, -max(periods, intervals) - 1)[1]
-            width = 64 * intervals
-            begins = np.arange(0, len(samples) - width, width)
-            rows = samples[np.add.outer(begins, np.arange(width + 1))]
-        found = reached(rows, measure)
+        found = reached(samples, 64 * intervals, measure, settled, forced)
+        if not np.isfinite(found).any():
+            found = reached(samples, len(samples), measure, True, forced)
         values = np.sort(found[np.isfinite(found)])
         apart = np.diff(values, prepend=-np.inf) > SAME * np.abs(values).max(initial=0.0)
         return np.asarray(values[apart])
@@ -525,23 +526,28 @@ def _joined(spans: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     return result
 
 
-def reached(values: Array, measure: str) -> Array:
-    """Return the extremum of an output in each period, the vertex of a parabola.
+def reached(samples: Array, width: int, measure: str, closed: bool, forced: bool) -> Array:
+    """Return the extremum of an output in each window of samples.
 
-    Shapes: values (m, samples), of a period and the first one of the next; returns (m,).
+    Windows of an unforced motion begin anywhere: NaN where it is greater just outside of one.
+    Shapes: samples (n,), of which two precede the first window and two follow the last, unless
+    they close; returns (m,).
     """
-    high, low = _peak(values), -_peak(-values)
-    return {"max": high, "min": low, "peak_to_peak": high - low}.get(
-        measure, np.maximum(np.abs(high), np.abs(low))
-    )
+    if closed:
+        samples = np.pad(samples, 2, mode="wrap")
+    begins = np.arange(2, len(samples) - width - 1, width)
+    rows = samples[np.add.outer(begins, np.arange(-2, width + 2))]
+    high, low, far = _peak(rows, forced), -_peak(-rows, forced), _peak(np.abs(rows), forced)
+    return {"max": high, "min": low, "peak_to_peak": high - low, "modulus": far}[measure]
 
 
-def _peak(values: Array) -> Array:
-    rows = np.arange(len(values))
-    index = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
-    before, here, after = (values[rows, index + shift] for shift in (-1, 0, 1))
-    bend = before - 2 * here + after
+def _peak(values: Array, borders: bool) -> Array:
+    """Return the largest value between two at either end; NaN at a border, unless borders count."""
+    rows, index = np.arange(len(values)), values[:, 2:-2].argmax(axis=1) + 2
+    first, before, here, after, last = (values[rows, index + shift] for shift in range(-2, 3))
+    bend, turns = before - 2 * here + after, (before <= here) & (here >= after)
+    # Where the output jumps or has a corner, its curvature is that of no parabola.
+    smooth = np.maximum(first - 2 * before + here, here - 2 * after + last) < bend / 4
     with np.errstate(divide="ignore", invalid="ignore"):
-        top = here - (after - before) ** 2 / (8 * bend)
-    inside = (bend < 0) & (np.abs(after - before) <= -2 * bend)
-    return np.where(inside, top, values.max(axis=1))
+        top = np.where(smooth & turns, here - (after - before) ** 2 / (8 * bend), here)
+    return np.where(turns | borders, top, np.nan)

@@ -375,11 +375,8 @@ def dots_of(sweep: Sweep, run: int, output: str, measure: str) -> tuple[Array, A
     places, heights = list[Array](), list[Array]()
     parts = np.split(samples[:, :, column], np.cumsum(counts)[:-1])
     for place, count, own in zip(known, repeats, parts, strict=True):
-        if count:
-            closed = np.concatenate([own.ravel(), own[0, :1]])[None]
-        else:
-            closed = np.concatenate([own[:-1], own[1:, :1]], axis=1)
-        heights.append(reached(closed, measure))
+        width = own.size if count else 48
+        heights.append(reached(own.ravel(), width, measure, bool(count), forced=True))
         places.append(np.full(len(heights[-1]), sweep.values[place]))
     return np.concatenate(places), np.concatenate(heights)
 
