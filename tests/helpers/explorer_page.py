@@ -30,7 +30,6 @@ async (fragment) => {
 """
 """Give the page a link, which it may still read."""
 
-
 CONTROLS = "button, input, select, summary, label, h2, p, figure, .plot, .small-plot, .unit"
 
 PLACES = """
@@ -154,6 +153,7 @@ class ExplorerPage:
 
         A page that is loaded takes the link over, as if it were pasted.
         """
+        self.page.bring_to_front()  # a tab behind another one draws once a second
         suffix = "" if plane or not fragment else "&plane=none"
         if self.is_loaded:
             self.page.evaluate(FOLLOW, fragment + suffix)
