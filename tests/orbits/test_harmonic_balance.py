@@ -136,6 +136,10 @@ def test_harmonics_that_are_left_out_are_counted():
     assert few.truncation > 1e-8
     assert few.states < few.truncation
     assert "not within" in str(few)
+    # Its derivatives jump within a ten thousandth of the largest speed, between two samples.
+    law = sf.LuGre(mu_s=0.4, mu_k=0.3, vs=0.1, s0=200)
+    for found in (sf.periodic_orbit(chain(1, law)).harmonic_balance(largest=n) for n in (201, 301)):
+        assert 1e-6 < found.multipliers < found.truncation
 
 
 def test_multipliers_that_fewer_harmonics_do_not_give_leave_the_truncation_unknown(monkeypatch):

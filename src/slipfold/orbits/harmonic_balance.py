@@ -71,8 +71,9 @@ class HarmonicBalance(OneLine, ReadOnly):
         float,
         "How much the states at the nodes (scaled) and the multipliers (as below) change from "
         "two thirds of the harmonics to all; a tenth of the tolerance where harmonics suffice. "
-        "More if rounding changes multipliers by more. Infinite where Newton's method did not "
-        "converge.",
+        "More if rounding changes multipliers by more, or if harmonics of the Jacobian times the "
+        "duration are larger that samples hardly resolve, as where it jumps. Infinite where "
+        "Newton's method did not converge.",
     ]
     states: Annotated[
         float, "Largest difference of the states at the orbit's nodes, in scaled states."
@@ -171,7 +172,7 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
             left_out = float(np.max([left_out, apart]))  # NaN if it is not known
             if not left_out > BALANCE.spare * tolerance or count == most:
                 break
-    left_out = max(left_out, fine.rounding / size)
+    left_out = float(np.max([left_out, fine.rounding / size, fine.unresolved]))
     return HarmonicBalance(
         model,
         period,
@@ -206,7 +207,7 @@ class _Equations:
         self.harmonics, self.duration = harmonics, duration
         self.converged, self.excess = False, 0.0
         self.orders = np.arange(1 - len(harmonics), len(harmonics))  # -H ... H
-        count = 1 << int(np.ceil(np.log2(BALANCE.samples * len(harmonics))))
+        count = BALANCE.samples * len(harmonics)
         phases, scales = np.arange(count) / count, model.state_scales()
         states = np.fft.irfft(_padded(harmonics, count), count, axis=0) * count
         rates, jacobians = evaluation_of(model).linear(model, states * scales, phases * period)
@@ -219,6 +220,8 @@ class _Equations:
         self.motions = _range(varying.transpose(2, 0, 1).reshape(n, -1), small).T  # (c, n)
         varying = self.inputs.T @ varying @ self.motions.T
         spectrum = np.fft.fft(varying, axis=0) / count
+        # Beyond the samples they go on as large: the errors of the others, and of exponents.
+        self.unresolved = float(np.abs(spectrum[count // 4 : count // 2]).max(initial=0.0))
         self.spectrum = spectrum[self.orders[:, None] - self.orders]  # (2 H + 1, 2 H + 1, b, c)
 
     @cached_property
