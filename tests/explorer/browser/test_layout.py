@@ -130,9 +130,9 @@ def test_a_laptop_shows_curves_mechanism_and_sliders_and_a_phone_stacks_them(sti
 
 
 LABELS = """
-async (texts) => {
+async ([texts, lines]) => {
   const { labelPlaces } = await import("/page/plot_tools.js");
-  return labelPlaces(texts, [], { left: 0, top: 0, width: 400, height: 300 })
+  return labelPlaces(texts, lines, { left: 0, top: 0, width: 400, height: 300 })
     .map(({ text }) => text);
 }
 """
@@ -147,11 +147,15 @@ def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(sti
     mixed = [labeled("NS sub", 200, 50), labeled("PD super", 202, 51)]
     apart = [labeled("LP", 300, 200), labeled("LP", 330, 200)]
     twice = [labeled("BP", 300, 50 + i) | {"of": "max and min"} for i in range(2)]
-    shown = still.page.evaluate(LABELS, [*piled, *mixed, *apart, *twice])
+    shown = still.page.evaluate(LABELS, [[*piled, *mixed, *apart, *twice], []])
     assert shown == ["3 PD", "", "", "NS, PD", "", "LP", "LP", "BP", ""]
     crowd = [labeled("Neimark", 100 + 12 * (i % 6), 100 + 12 * (i // 6)) for i in range(36)]
-    shown = still.page.evaluate(LABELS, crowd)
+    shown = still.page.evaluate(LABELS, [crowd, []])
     assert 4 < sum(map(bool, shown)) < 36
+    # Between two lines there is room for the short text only.
+    lines = [[[x, 0], [x, 300]] for x in (30, 70)]
+    assert still.page.evaluate(LABELS, [[labeled("NS super", 50, 150)], lines]) == ["NS"]
+    assert still.page.evaluate(LABELS, [[labeled("NS super", 50, 150)], []]) == ["NS super"]
 
 
 def test_a_presentation_has_large_type_and_no_controls(still):

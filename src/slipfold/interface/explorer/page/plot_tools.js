@@ -291,8 +291,8 @@ const CLEAR = 3;
 /** Share of a text that may lie on other texts; it is left out where there is no such place. */
 const HIDDEN = 0.05;
 
-/** Share of the plot's width from which a text is short. */
-const WIDE = 0.3;
+/** Points of a line under a text above which it is shortened. */
+const SHORTENED = 2;
 
 /**
  * Choose a place for each text; the first choose first. Texts of markers that lie on each other
@@ -308,20 +308,22 @@ export function labelPlaces(texts, lines, frame, others = []) {
   const markers = [...texts.map(({ at }) => at), ...others].map((at) => boxAround(at, 10, 10));
   const labels = [];
   const ink = points(lines);
-  return gathered(texts, frame.width * WIDE).map(({ text, at }) => {
-    const boxes = POSITIONS.map((position) => boxAt(position, at, text.length * WIDTH * typeScale()));
-    const costs = boxes.map((box, i) =>
-      0.3 * i + outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink));
-    const best = costs.indexOf(Math.min(...costs));
-    const isHidden = overlap(boxes[best], labels) > HIDDEN * text.length * WIDTH * HEIGHT * typeScale() ** 2;
-    const [left, top, right, bottom] = boxes[best];
+  return gathered(texts).map(({ words, at }) => {
+    const places = words.flatMap((text, shortened) => POSITIONS.map((position, i) => {
+      const box = boxAt(position, at, text.length * WIDTH * typeScale());
+      const over = outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink);
+      return { text, position, box, cost: 0.3 * i + over + SHORTENED * shortened };
+    }));
+    const { text, position, box } = places.reduce((best, next) => (next.cost < best.cost ? next : best));
+    const isHidden = overlap(box, labels) > HIDDEN * text.length * WIDTH * HEIGHT * typeScale() ** 2;
+    const [left, top, right, bottom] = box;
     if (text && !isHidden) labels.push([left - CLEAR, top, right + CLEAR, bottom]);
-    return { text: isHidden ? "" : text, position: POSITIONS[best] };
+    return { text: isHidden ? "" : text, position };
   });
 }
 
-/** The texts of markers on each other as the text of the first of them, short where they are wider than that. */
-function gathered(texts, widest) {
+/** What may stand beside each marker, the best first: of markers on each other all names at the first, else the text or the short one. */
+function gathered(texts) {
   const groups = [];
   for (const item of texts) {
     const near = groups.find(([{ at: [x, y] }]) => Math.hypot(x - item.at[0], y - item.at[1]) < CLOSE);
@@ -332,8 +334,7 @@ function gathered(texts, widest) {
     const all = groups.find(([first]) => first === item) ?? [];
     const group = [...new Map(all.map((each) => [each.of ?? each, each])).values()];
     const [{ text, short } = { text: "", short: "" }] = group;
-    const own = text.length * WIDTH * typeScale() > widest ? short : text;
-    return { at: item.at, text: group.length > 1 ? counted(group.map((each) => each.short)) : own };
+    return { at: item.at, words: group.length > 1 ? [counted(group.map((each) => each.short))] : [text, short] };
   });
 }
 
