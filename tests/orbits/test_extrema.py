@@ -174,3 +174,10 @@ def test_no_polynomial_goes_through_a_jump_nor_is_it_examined_below_the_digits_o
     )
     found = sf.periodic_orbit(model).extrema.of("side")
     assert np.ravel(found) == pytest.approx([-1.0, 1.0], abs=1e-12)
+
+
+def test_an_output_that_is_infinite_has_no_extremum():
+    creeping = sf.SlidingOscillator(sf.Regularized(sf.Coulomb(mu_k=0.3), e=0.01))
+    branch = sf.response(creeping, "Vd", (0.02, 0)).branches[0]
+    _, ratio = branch.extrema.of("Vrel_ratio")  # to the speed of the plate, which ends at zero
+    assert ratio == pytest.approx([1] * (len(ratio) - 1) + [np.nan], nan_ok=True)

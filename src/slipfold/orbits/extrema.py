@@ -151,6 +151,7 @@ class Extrema(OneLine, Documented):
         return high if measure == "max" else low
 
 
+@np.errstate(invalid="ignore")  # an output that is infinite somewhere has none there
 def find_extrema(
     model: Model, parameters: Array, nodes: Array, period: int, names: Sequence[str] | None = None
 ) -> Extrema:
@@ -221,8 +222,7 @@ def _extrema_of_orbits(
         own = constants.rows(orbit)
         found[rough] = refine_minimum(flow, own, states, start, width, columns[column], signs)
     least = np.full(2 * len(columns) * count, np.inf)
-    with np.errstate(invalid="ignore"):  # what is no number at one of the minima stays none
-        np.minimum.at(least, rows, found)
+    np.minimum.at(least, rows, found)  # what is no number at one of the minima stays none
     low, high = (least.reshape(shape) * [[[1.0]], [[-1.0]]]).swapaxes(1, 2)
     revolving = np.zeros((count, len(flow.output_names)), dtype=bool)
     revolving[:, : ahead.shape[2]] = ahead.sum(axis=1) != 0
@@ -290,9 +290,8 @@ def _look_closer(
         outputs = flat.reshape(*times.shape, -1)[:, :, columns]
         inner = outputs[:, 1:-1]  # the ends are known: lower is rounding
         least = np.full((2, *spread.shape), np.inf)
-        with np.errstate(invalid="ignore"):  # what is no number is not lower
-            np.minimum.at(least[0], orbits, inner.min(axis=1))
-            np.minimum.at(least[1], orbits, -inner.max(axis=1))
+        np.minimum.at(least[0], orbits, inner.min(axis=1))
+        np.minimum.at(least[1], orbits, -inner.max(axis=1))
         for row in (least[(sought[2] < 0).astype(int), *sought[:2]] < lowest).nonzero()[0]:
             orbit, column, sign = (each[row] for each in sought)
             pieces = (orbits == orbit).nonzero()[0]
