@@ -46,6 +46,20 @@ def test_coexisting_responses_are_reached_by_their_states(start):
     assert expected.stable
 
 
+def test_a_tank_is_followed_though_an_empty_one_has_no_derivative():
+    tank = sf.System(
+        parameters={"a": 1, "F": 0.3, "W": 1}, forcing={"period": "2*pi/W"},
+        states={"h": "a - sqrt(h) + F*cos(W*t)"},
+    )  # fmt: skip
+    with pytest.raises(sf.InputError, match="give a start near one, or start the span elsewhere"):
+        sf.response(tank, "F", (0.3, 0.9))
+    (branch,) = sf.response(tank, "F", (0.3, 0.9), start={"h": 1}).branches
+    assert branch.parameter[-1] == 0.9
+    orbit = sf.periodic_orbit(tank, state=sf.simulate(tank, 40, {"h": 1}).states[-1])
+    assert orbit.state == pytest.approx(branch.states[0], abs=1e-9)
+    assert np.sqrt(orbit.sample(64)[1]).mean() == pytest.approx(1, abs=1e-9)  # inflow is outflow
+
+
 def test_a_branch_is_followed_in_both_directions_from_inside_the_span():
     diagram = sf.response(model_named("duffing"), "W", (0.5, 2.0), start={"W": 1.2, **UPPER})
     (branch,) = diagram.branches

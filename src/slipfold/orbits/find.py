@@ -117,8 +117,9 @@ def periodic_orbit(
             f"settle = {settle!r} is not a whole number from 1 to {ORBIT.max_settling}; "
             "give e.g. 400"
         )
+    given = None if state is None else initial_state(model, state)
     on_wall = not may_slip(model)
-    model = model if on_wall else measured(model)
+    model = model if on_wall else measured(model, start=given)
     if model.forced and duration is not None:
         raise InputError(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
@@ -131,7 +132,6 @@ def periodic_orbit(
         )
     if duration is not None:
         duration = float(model.replace(duration=duration).values[DURATION.name])
-    given = None if state is None else initial_state(model, state)
     near = None if given is None else wrap_angles(given, model.angle_periods)
     search = _Search(model, int(period), tolerance, settle, duration)
     if not contacts_of(model):

@@ -167,7 +167,8 @@ class FirstOrbit:
         if not correction.converged:
             raise InputError(
                 f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-                f"{correction.failure}; {model.advice or 'start the span elsewhere'}"
+                f"{correction.failure}; "
+                + (model.advice or "give a start near one, or start the span elsewhere")
             )
         return orbits, _first_point(orbits, correction, value)
 
