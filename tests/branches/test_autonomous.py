@@ -200,3 +200,11 @@ def test_cycles_are_followed_from_where_they_change_the_parameter_by_more_than_r
     # Of van der Pol's oscillator mu = 1e-6 A^2/4, to third order of mu.
     exact = 1e-6 * ((high - low) / 2) ** 2 / 4
     assert cycles.parameter == pytest.approx(exact, rel=1e-2, abs=1e-10)
+
+
+@pytest.mark.parametrize("span", [(0.01, 1e-9), (1e-8, 1.0)])
+def test_a_block_without_damping_on_a_slow_belt_has_no_hopf_point(span):
+    # The derivative of v/|v| is a difference of two terms 1/|v|, of which rounding is left.
+    belt = sf.FrictionContact("tip", sf.Coulomb(mu_k=0.3), load="5 N", Vd="2 m/s")
+    block = sf.Structure([[0.05]], [[0.0]], [[2000.0]], names=("tip",), contacts=belt)
+    assert sf.response(block, "Vd", span).branches[0].special == ()

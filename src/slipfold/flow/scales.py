@@ -394,20 +394,11 @@ class _View:
     def _jacobians(self, states: Array) -> Array:
         """Return the derivatives of the rates at the phases, zero where they are rounding errors.
 
-        Other rounding of the states and coefficients changes those by their own size.
-
         Shapes: states (p, n); returns (p, n, n).
         """
         result = self.flow.jacobians(states, PHASES, self.constants)
-        size, change = np.abs(result).mean(axis=0), np.zeros(result.shape[1:])
-        coefficients = self.constants.values
-        for relative in SCALES.changes:
-            values = coefficients * _changes(coefficients, relative)
-            changed = replace(self.constants, values=values)
-            others = self.flow.jacobians(states * _changes(states[0], -relative), PHASES, changed)
-            with np.errstate(invalid="ignore"):  # an infinite derivative at the start
-                change = np.fmax(change, np.abs(others - result).mean(axis=0))
-        return np.where(change > SCALES.cancelled * size, 0.0, result)
+        change = rounded_jacobians(self.flow, states, PHASES, self.constants, result)
+        return np.where(change > SCALES.cancelled * np.abs(result).mean(axis=0), 0.0, result)
 
     @cached_property
     def slow(self) -> Array | None:
@@ -535,6 +526,23 @@ class _View:
             large = fraction >= (maximum / 2 if fraction[-1] >= maximum / 2 else maximum)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
+
+
+def rounded_jacobians(
+    flow: Flow, states: Array, phases: Array, constants: Constants, jacobians: Array
+) -> Array:
+    """Return what other rounding of states and coefficients changes the derivatives of rates by.
+
+    It is the mean over the phases. Shapes: states (p, n); jacobians (p, n, n); returns (n, n).
+    """
+    change, coefficients = np.zeros(jacobians.shape[1:]), constants.values
+    for relative in SCALES.changes:
+        values = coefficients * _changes(coefficients, relative)
+        changed = replace(constants, values=values)
+        others = flow.jacobians(states * _changes(states[0], -relative), phases, changed)
+        with np.errstate(invalid="ignore"):  # an infinite derivative at the start
+            change = np.fmax(change, np.abs(others - jacobians).mean(axis=0))
+    return change
 
 
 def _changes(values: Array, relative: float) -> Array:

@@ -10,6 +10,7 @@ from slipfold.arrays import Array, Complex, Indices
 from slipfold.continuation.newton import NEWTON
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
+from slipfold.flow.scales import rounded_jacobians
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Cut, Discretization
 from slipfold.orbits.eigenvalues import Cayley, Eigenvalues, Paced, eigenvalues_of
@@ -284,6 +285,12 @@ class Equilibria(Orbits):
     def jacobian(self, z: Array) -> Array:
         """Return the derivatives of the rates per unit of time, shape (n, n), in scaled states."""
         return self.by.jacobian(self.nodes(z), self.constants(z))
+
+    def rounding(self, z: Array) -> float:
+        """Return the norm of what rounding may change the Jacobian by."""
+        at = self.nodes(z), self.by.start, self.constants(z)
+        change = rounded_jacobians(self.flow, *at, self.flow.jacobians(*at))
+        return float(np.linalg.norm(change * self.by.ratios))
 
     def multipliers(self, point: OrbitPoint) -> Complex:
         """Return the multipliers that results list, shape (n,)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -21,9 +22,10 @@ from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
+from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PRODUCTS, floquet_multipliers
-from slipfold.orbits.uncertainty import recomputed
+from slipfold.orbits.uncertainty import SPREAD, recomputed
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -285,10 +287,8 @@ class Bifurcations(Zeros[OrbitPoint]):
         if name in PAIRED and _has_real_pair(a) and _has_real_pair(b):
             return False
         off = _off_pair if name in PAIRED else _off_circle
-        return (
-            max(abs(before), abs(after)) > BIFURCATION.noise
-            or max(map(off, (a, b))) > BIFURCATION.noise
-        )
+        sizes = (max(abs(point.tests[name]), off(point)) for point in (a, b))
+        return any(map(operator.gt, sizes, map(_rounding, (a, b))))
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -430,6 +430,13 @@ def slope_noise(point: OrbitPoint) -> float:
     if part is None or abs(point.tests["LP"]) > BIFURCATION.turning:
         return 0.0
     return parameter_rounding(part.bordered(point.tangent), point.z, NEWTON.still)
+
+
+def _rounding(point: OrbitPoint) -> float:
+    """Return what rounding leaves of a test function: of equilibria, also that of derivatives."""
+    orbits = point.curve.orbits
+    own = SPREAD * orbits.rounding(point.z) if isinstance(orbits, Equilibria) else 0.0
+    return max(BIFURCATION.noise, own)
 
 
 def is_off_circle(point: OrbitPoint) -> bool:
