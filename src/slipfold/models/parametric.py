@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from functools import cache, cached_property
@@ -17,6 +18,9 @@ from slipfold.read_only import Documented
 
 SECTIONS = ("Raises", "References", "Examples")
 """Headings of docstrings that follow the section on parameters."""
+
+SYMBOL = re.compile(r"^\$([^_]+)_?\{?(\w*)\}?\$$")
+"""A symbol in mathtext: what the number of its part goes below."""
 
 
 def described(parameter: Parameter, default: Any = MISSING) -> Any:
@@ -125,7 +129,8 @@ class Parametric(Documented):
                     for each, own in part._pairs():
                         doc = f"{each.doc}, number {number}"
                         name = f"{each.name}{number}"
-                        yield dataclasses.replace(each, name=name, doc=doc, symbol=""), own
+                        symbol = SYMBOL.sub(rf"$\1_{{\g<2>{number}}}$", each.symbol)
+                        yield dataclasses.replace(each, name=name, doc=doc, symbol=symbol), own
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -195,8 +195,8 @@ class Iwan(FrictionLaw):
     >>> contact = Iwan((Jenkins(mu_k=0.1, kt=20), Jenkins(mu_k=0.3, kt=20)))
     >>> round(contact.coefficient(0.1), 12)
     0.4
-    >>> contact.replace(kt2=50.0).elements[1].kt
-    50.0
+    >>> contact.replace(kt2=50.0).elements[1].kt, contact.parameters[1].symbol
+    (50.0, '$k_{t1}$')
     """
 
     title: ClassVar[str] = "Iwan (Jenkins in parallel)"
