@@ -50,7 +50,8 @@ def uneven():
 
 
 def test_where_the_phase_decouples_they_are_cycles_of_the_plane(even):
-    _, tori = even
+    diagram, tori = even
+    assert "Tori 2 of cycles (" in diagram.summary()
     assert tori.parameter[0] == pytest.approx(BIRTH, abs=1e-10)
     assert tori.stopped.kind == "span"
     assert tori.durations == pytest.approx(2 * np.pi / 3.5, abs=1e-12)

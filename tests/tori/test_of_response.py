@@ -80,7 +80,7 @@ def test_they_are_saved_and_told(diagram, tori, tmp_path):
     for name in ("circles", "rotation", "growth_error", "angles", "omitted"):
         assert np.array_equal(getattr(other, name), getattr(tori, name), equal_nan=True)
     assert other.extrema == tori.extrema
-    assert "Tori 2 (period 1, " in diagram.summary()
+    assert "Tori 2 of period 1 (" in diagram.summary()
     assert len(repr(tori)) < 200
     assert len(tori.circle(0)) == 1
     assert set(diagram.to_xarray().sizes) >= {"torus", "torus_point", "angle"}

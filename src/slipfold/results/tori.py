@@ -15,7 +15,7 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.results.fields import REAL, TEXT, TRUTH, WHOLE, Column, Items, ResultPart, axes_of
 from slipfold.results.records import SavedTable
 from slipfold.results.tables import Variable
-from slipfold.text import with_unit
+from slipfold.text import kind_text, with_unit
 
 LASTING = "duration of a round, after which the circle lies on itself"
 
@@ -152,7 +152,8 @@ def torus_sentence(tori: TorusBranch) -> str:
     def at(value: float) -> str:
         return with_unit(f"{vary} = {value:.8g}", unit)
 
-    head = f"Tori {tori.id} (period {tori.period}, {len(tori)} points)"
+    of = kind_text("periodic", tori.period, tori.model.forced)
+    head = f"Tori {tori.id} of {of} ({len(tori)} points)"
     origin = f"emanate from branch {tori.parent}" if tori.parent else "begin on an attractor"
     parts = [f"{head} {origin}, at {at(tori.parameter[0])}"]
     if len(tori) > 1:

@@ -14,7 +14,15 @@ from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly
-from slipfold.text import OneLine, PrintedTable, headed, listed, number_text, parameter_text
+from slipfold.text import (
+    OneLine,
+    PrintedTable,
+    headed,
+    kind_text,
+    listed,
+    number_text,
+    parameter_text,
+)
 
 if TYPE_CHECKING:
     from slipfold.bifurcations.tori.surface import TorusSpectrum
@@ -113,7 +121,8 @@ class TorusBranch(SolutionCurve):
     def _line(self) -> str:
         ends = (float(self.parameter[0]), float(self.parameter[-1]))
         turns = f"rotation {self.rotation[0]:.6g} to {self.rotation[-1]:.6g}"
-        parts = [f"period {self.period}", f"{len(self)} points"]
+        of = kind_text("periodic", self.period, self.model.forced)
+        parts = [f"of {of}", f"{len(self)} points"]
         parts += [parameter_text(self.model.parameter(self.vary), *ends), turns]
         parts.append(listed(f"fold at {number_text(value)}" for value in self.folds))
         found = ", ".join(part for part in [*parts, self.stopped.kind] if part)
