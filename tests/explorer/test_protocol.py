@@ -10,6 +10,7 @@ from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_server import BASE, SLOW_PLANE, answers_to, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import ExportRequest, PlaneRequest
 from slipfold.interface.explorer.settings import PAGE
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
@@ -352,7 +353,7 @@ def test_a_motion_is_followed_and_what_cannot_be_is_said():
     assert ["outside the span" in why for why in last["unfollowed"]] == [True]
 
 
-def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
+def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(tmp_path, monkeypatch):
     monkeypatch.setattr(PAGE, "filling", 0.0)
     *_, last = told_of(Catalogue(), model="vanderpol-free", vary="mu", span=[0.1, 3])
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "span")
@@ -369,9 +370,14 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
     )
     axes = {"x": {"name": "A", "span": [0.1, 0.2]}, "y": {"name": "w", "span": [1, 1.1]}}
     answering = Answering(Catalogue(dry))
-    # What is not followed to its end is not kept, and without regions it is said why.
+    # What is not followed to its end is kept for its file, and without regions it is said why.
+    request = {**PLANE, "model": dry.name, **axes}
+    view = PlaneRequest.model_validate(request)
     for limit, note in (0.0, "takes long"), (math.inf, "no regions: the slip of the contact tip"):
         monkeypatch.setattr(PAGE, "loci", limit)
-        *_, plane = answers_to({**PLANE, "model": dry.name, **axes}, answering)
+        *_, plane = answers_to(request, answering)
         assert (plane["done"], plane["regions"]) == (True, None)
         assert note in plane["note"]
+        file = tmp_path / f"{limit}.nc"
+        file.write_bytes(answering.export(ExportRequest(view=view, format="nc"), lambda: None))
+        assert sf.load(file).interrupted == (limit == 0)

@@ -258,11 +258,10 @@ class Answering:
         """Return the bifurcation set that a request is about."""
         model, plane = self._catalogue.of(request), (request.x.name, request.y.name)
         window, watch = (request.x.span, request.y.span), _checking(check, observer)
-        found = self._planes.get(key := (model, plane, window)) or bifurcation_set(
-            model, plane, window, on_progress=watch
-        )
-        if not found.interrupted:
-            keep(self._planes, key, found)
+        found = self._planes.get(key := (model, plane, window))
+        if found is None or (found.interrupted and observer):  # a file is what is drawn
+            found = bifurcation_set(model, plane, window, on_progress=watch)
+        keep(self._planes, key, found)
         return found
 
 

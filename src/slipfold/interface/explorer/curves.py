@@ -208,7 +208,7 @@ def plane_view(result: LocusDiagram) -> dict[str, Any]:
         "loci": loci_view(result.loci),
         "checked": checked_view(result.checked),
         "regions": None if result.regions is None else _regions(result.regions),
-        "note": LONG if result.interrupted else "; ".join(result.missing) or None,
+        "note": f"unfinished: {LONG}" if result.interrupted else "; ".join(result.missing) or None,
     }
 
 
