@@ -94,14 +94,15 @@ export class ExportMenu {
     this.#dialog = dialog;
     this.#say = say;
     this.#meanwhile = meanwhile;
-    const item = (text, act) => button(text, () => this.#act(act), { role: "menuitem" });
+    // What distinguishes figures from pictures is said where there are both.
+    const item = (text, act, use = null) => button(text, () => this.#act(act), { role: "menuitem", "data-use": use });
     const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
       ...(source.table ? [] : [item("Copy as Python", () => this.#text("python", "Python"))]),
       ...(source.isCommand ? [
         item("Copy as TOML", () => this.#text("toml", "TOML")),
-        ...FIGURES.map((format) => item(`Figure, ${format.toUpperCase()}`, () => this.#file(format))),
+        ...FIGURES.map((format) => item(`Figure, ${format.toUpperCase()}`, () => this.#file(format), "for print")),
       ] : []),
-      ...["png", "svg"].map((format) => item(`Picture, ${format.toUpperCase()}`, () => this.#picture(format))),
+      ...["png", "svg"].map((format) => item(`Picture, ${format.toUpperCase()}`, () => this.#picture(format), source.isCommand ? "as shown" : null)),
       ...(source.table ? [item("CSV", () => this.#table())]
         : [item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc"))]));
     this.node = element("details", { class: "export" },
