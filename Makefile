@@ -37,7 +37,7 @@ INSTALL_VENV = { \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup paper explore test long thrown portable portable-quick lint types layers check bench docs lock clean
+.PHONY: help setup paper explore test long thrown ways-out portable portable-quick lint types layers check bench docs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -58,6 +58,9 @@ long: $(SETUP) ## run the tests that take minutes
 
 thrown: $(SETUP) ## simulate stick and slip with a hundred thousand random parameters
 	$(PYTEST) -m long tests/stick_slip/test_random_parameters.py $(PYTEST_ARGS)
+
+ways-out: $(SETUP) ## take every way out of the explorer's page with every model
+	$(PYTEST) -m "long or not long" tests/explorer/browser/test_models.py $(PYTEST_ARGS)
 
 portable: $(SETUP) ## run the numerics' tests as on other processors
 	$(call SAME_POINTS)
@@ -92,11 +95,11 @@ COMMIT = $(shell git rev-parse HEAD 2>/dev/null || echo none)
 export PYTHONDONTWRITEBYTECODE =
 
 # One thread a process: the matrices are small, and the processes share the cores.
-test long thrown portable portable-quick: export OMP_NUM_THREADS = 1
-test long thrown portable portable-quick: export OPENBLAS_NUM_THREADS = 1
+test long thrown ways-out portable portable-quick: export OMP_NUM_THREADS = 1
+test long thrown ways-out portable portable-quick: export OPENBLAS_NUM_THREADS = 1
 
 # What runs long runs as it does for users.
-long thrown portable: export SLIPFOLD_OPTIMIZATION = 3
+long thrown ways-out portable: export SLIPFOLD_OPTIMIZATION = 3
 
 lint: $(SETUP) ## check style and formatting
 	$(BIN)/ruff check .

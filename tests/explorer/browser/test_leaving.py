@@ -7,18 +7,9 @@ from xml.etree import ElementTree
 import pytest
 from playwright.sync_api import expect
 
+from helpers.ways_out import menu, saved
+
 VIEW = "model=sliding&p.Vd=0.7&p.Nd=0.3"
-
-
-def menu(explorer, panel, item):
-    explorer.page.get_by_label(f"Export the {panel}").first.click()
-    return explorer.page.locator(f"#{panel} .menu").get_by_text(item, exact=True)
-
-
-def saved(explorer, panel, item):
-    with explorer.page.expect_download() as waiting:
-        menu(explorer, panel, item).click()
-    return waiting.value.path()
 
 
 @pytest.fixture
@@ -29,7 +20,7 @@ def shown(explorer):
 
 
 def test_python_and_toml_are_copied(shown):
-    menu(shown, "diagram", "Copy as Python").click()
+    menu(shown.page, "diagram", "Copy as Python").click()
     dialog = shown.page.locator("dialog")
     expect(dialog).to_be_visible()
     expect(dialog).to_contain_text("Copied.")
@@ -38,7 +29,7 @@ def test_python_and_toml_are_copied(shown):
     compile(text, "copied.py", "exec")
     assert "Vd=0.7" in text
     dialog.get_by_role("button", name="Close").click()
-    menu(shown, "diagram", "Copy as TOML").click()
+    menu(shown.page, "diagram", "Copy as TOML").click()
     expect(dialog.locator("h2")).to_have_text("The diagram in TOML")
     case = tomllib.loads(dialog.locator("pre").inner_text())
     assert "0.7" in str(case)
@@ -47,11 +38,11 @@ def test_python_and_toml_are_copied(shown):
 
 
 def test_what_a_menu_does_not_have_is_marked_with_the_reason(shown):
-    item = menu(shown, "simulation", "netCDF")
+    item = menu(shown.page, "simulation", "netCDF")
     expect(item).to_have_attribute("aria-disabled", "true")
     expect(item).to_have_attribute("title", "There is no simulation yet.")
     item.press("Escape")
-    item = menu(shown, "orbit", "Copy as Python")
+    item = menu(shown.page, "orbit", "Copy as Python")
     assert item.get_attribute("aria-disabled") is None
     # No command computes a single orbit.
     texts = shown.page.locator("#orbit .menu button").all_inner_texts()
@@ -64,9 +55,9 @@ def test_a_figure_has_the_pinned_curves_and_is_that_of_the_package(shown):
     page.get_by_role("button", name="Pin this curve").click()
     page.get_by_label("Name of the pinned curve").fill("slower")
     page.get_by_label("Name of the pinned curve").press("Enter")
-    assert saved(shown, "diagram", "Figure, PDF").read_bytes().startswith(b"%PDF")
+    assert saved(shown.page, "diagram", "Figure, PDF").read_bytes().startswith(b"%PDF")
     content = "".join(
-        ElementTree.parse(saved(shown, "diagram", "Figure, SVG")).getroot().itertext()
+        ElementTree.parse(saved(shown.page, "diagram", "Figure, SVG")).getroot().itertext()
     )
     assert [word for word in ("slower", "current", "PD") if word not in content] == []
 
@@ -83,8 +74,8 @@ def test_pictures_say_what_they_show(shown, panel, words):
     if panel == "simulation":
         shown.page.get_by_role("button", name="From rest").click()
         expect(shown.page.locator(".verdict")).to_have_text(re.compile("ettled"))
-    assert saved(shown, panel, "Picture, PNG").read_bytes().startswith(b"\x89PNG")
-    text = saved(shown, panel, "Picture, SVG").read_text()
+    assert saved(shown.page, panel, "Picture, PNG").read_bytes().startswith(b"\x89PNG")
+    text = saved(shown.page, panel, "Picture, SVG").read_text()
     assert text.startswith("<svg")
     assert "</svg>" in text
     sheet = ElementTree.fromstring(text)

@@ -5,33 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-RENDERED = """
-async () => {
-  const { begun, decoded, lengthOf } = await import("/page/sound.js");
-  const { samples, rate, repeats } = heardLast;
-  const sound = { values: decoded(samples), rate, repeats };
-  const context = new OfflineAudioContext(1, Math.ceil(lengthOf(sound) * 44100), 44100);
-  begun(context, sound);
-  const values = (await context.startRendering()).getChannelData(0);
-  const rising = values.filter((value, i) => i > 0 && values[i - 1] < 0 && value >= 0).length;
-  const peak = values.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0);
-  const ends = [values[0], values.at(-1)].map(Math.abs);
-  return { rising, peak, ends, seconds: lengthOf(sound) };
-}
-"""
-"""Play what was sent last into a context without a loudspeaker."""
-
-KEEP = """
-() => {
-  const parse = JSON.parse;
-  JSON.parse = (text) => {
-    const message = parse(text);
-    if (message?.kind === "sound" && message.samples) window.heardLast = message;
-    return message;
-  };
-}
-"""
-"""Keep the sound that was sent last."""
+from helpers.ways_out import KEEP, RENDERED
 
 
 def test_a_motion_and_a_sweep_are_heard(explorer):

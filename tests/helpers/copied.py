@@ -1,0 +1,54 @@
+"""What is copied from the explorer's page or saved: it is run as a reader does, and compared."""
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+
+
+def run_python(text):
+    """Run a copied script; return its names."""
+    names = {}
+    exec(compile(text, "copied.py", "exec"), names)
+    return names
+
+
+def run_command(text, *, ends=(0,)):
+    """Run the command that a copied case file names; load what it saves."""
+    Path("case.toml").write_text(text)
+    program, *arguments = shlex.split(text.splitlines()[0].removeprefix("# "))
+    assert program == "slipfold"
+    assert run(*arguments, "--out", "run.nc").exit_code in ends
+    return sf.load("run.nc")
+
+
+def same_result(copied, saved):
+    """Compare all numbers of two results."""
+    assert copied.model == saved.model
+    if any(branch.stopped.kind == "interrupted" for branch in getattr(saved, "branches", ())):
+        # The page ends what takes long where it is; the script goes on.
+        for mine, theirs in zip(copied.branches, saved.branches, strict=False):
+            np.testing.assert_array_equal(mine.nodes[: len(theirs)], theirs.nodes)
+            if theirs.stopped.kind == "interrupted":
+                return
+    mine, theirs = copied.to_xarray(), saved.to_xarray()
+    assert set(mine.data_vars) == set(theirs.data_vars)
+    for name, values in theirs.data_vars.items():
+        np.testing.assert_array_equal(mine[name].values, values.values)
+
+
+def same_orbit(names, shown):
+    """Compare the orbit or equilibrium that a copied script found with the one that is shown."""
+    through = shown["through"]
+    if through["period"] is None:
+        values = [complex(*value) for value in shown["eigenvalues"]]
+        np.testing.assert_array_equal(*map(np.sort_complex, (names["values"], values)))
+        return
+    state = [*through["state"].values()]
+    # Rounding of the first state grows with the largest multiplier.
+    size = np.abs(state).max() * max(1.0, abs(complex(*shown["multipliers"][0])))
+    assert names["orbit"].state == pytest.approx(state, rel=0, abs=1e-11 * size)
