@@ -73,22 +73,6 @@ def test_a_stick_slip_cycle_is_found_followed_and_what_an_implicit_integrator_ha
     assert sticks.any()
 
 
-@pytest.mark.parametrize("law", [sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), sf.Dahl(s0=1e5)])
-def test_stiff_bristles_in_large_reversing_slip(law):
-    # They relax two million times a second where the slip is fastest.
-    model = belt(law, 0.0, 0.1, stiffness=100.0, force=30, f=1.0)
-    motion = sf.simulate(model, periods=1)
-
-    def rates(t, q):
-        rate, mu = bristles(law, -q[1], q[2])
-        return [q[1], 30 * np.cos(2 * np.pi * t) - 0.1 * q[1] - 100 * q[0] + mu, rate]
-
-    other = solve_ivp(rates, (0, 1), np.zeros(3), method="Radau", rtol=1e-9, atol=1e-12)
-    assert motion.stopped is None
-    assert motion.states[-1] == pytest.approx(other.y[:, -1], rel=1e-6)
-    assert motion.checked.agree
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(
     "law", [sf.Jenkins(kt=1e5), sf.LuGre(mu_s=0.5, vs=0.2, s0=1e5), sf.Dahl(s0=1e5)]
