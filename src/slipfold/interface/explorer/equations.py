@@ -219,6 +219,9 @@ def _force(
         yield ["z′", _said(kind.memory_rates, named), f"memory of {force}"]
     else:
         yield [force, f"μ(|s|) N s/|s|, s = {slip}", f"friction {of}"]
+        if law.sticks:
+            most = named.get("mu_s", "μ(0)")
+            yield [f"|{force}|", f"{most} N at most", "where s = 0: it sticks"]
 
 
 def _coefficient(law: FrictionLaw, named: Mapping[str, str], name: str = "μ") -> Iterator[Row]:
