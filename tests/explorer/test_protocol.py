@@ -10,8 +10,10 @@ from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_server import BASE, SLOW_PLANE, answers_to, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.messages import ExportRequest, PlaneRequest
+from slipfold.interface.explorer.curves import GapsProgress
+from slipfold.interface.explorer.messages import DiagramRequest, ExportRequest, PlaneRequest
 from slipfold.interface.explorer.settings import PAGE
+from slipfold.progress import Progress
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -361,6 +363,11 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(tmp_path, monkey
     monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
     *_, last = told_of(Catalogue())
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")
+    monkeypatch.setattr(PAGE, "filling", math.inf)
+    request = DiagramRequest.model_validate(diagram())
+    watch = GapsProgress(lambda _: None, sf.SlidingOscillator(), request, None)
+    with pytest.raises(KeyboardInterrupt):  # it would be given up with what is shown
+        watch(Progress("gaps", 0, values={"branches": ()}))
     contact = {"slip": "-v", "normal": "0.3", "friction": sf.Coulomb(mu_k=1.0)}
     dry = sf.System(
         parameters={"A": 0.1, "w": 1.0},

@@ -89,6 +89,18 @@ def test_a_moved_curve_is_no_draft_and_more_is_to_come(new_tab):
     whole.let_go()
     expect(plot).to_have_attribute("aria-busy", "false")
     assert explorer.strengths("current") == {1}
+    # Where the rest fails the curve is as exact as before.
+    whole.is_on = True
+    explorer.slide("Vd", 0.7)
+    while not whole.waiting:
+        explorer.page.wait_for_timeout(20)
+    expect(waiting).to_contain_text("Computing the rest of the response")
+    *_, asked = (request for request in whole.asked if request["kind"] == "diagram")
+    whole.say({**asked, "done": True, "error": "the rest took long"})
+    expect(explorer.page.get_by_role("alert")).to_contain_text("the rest took long")
+    expect(plot).to_have_attribute("aria-busy", "false")
+    assert "refused" not in plot.get_attribute("class")
+    assert explorer.strengths("current") == {1}
 
 
 def test_the_whole_response_is_requested_once_and_from_the_last_move_on(own_tab):

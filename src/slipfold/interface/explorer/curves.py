@@ -194,7 +194,8 @@ class GapsProgress:
             if branches and self._show is not None:
                 known = Diagram(*self._about, branches, Settings(), (), provenance(0.0))
                 self._show(known)
-        late = "points" in progress.values and perf_counter() > self._last
+        ends = "points" in progress.values or self._stage != "branches"  # where there is something
+        late = ends and perf_counter() > self._last
         if progress.stage != "checks" and (late or process_time() > self._end):
             raise KeyboardInterrupt
 

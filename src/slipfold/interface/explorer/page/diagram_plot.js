@@ -256,6 +256,7 @@ export class DiagramPlot {
     this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
     this.node.classList.toggle("empty", !diagram);
     this.node.classList.toggle("working", !isSettled);
+    this.node.classList.toggle("of-others", this.#isFaint);
     const more = diagram?.moved ? "Computing the rest of the response…" : "Following what motions settle on elsewhere…";
     const words = this.#session.isMore ? more : "Computing the response…";
     this.#words.textContent = connection.isAlive ? words : "Not computed: there is no connection.";

@@ -238,10 +238,13 @@ export class Session {
     };
     const onError = (sentence, again) => {
       this.#settled = key;
-      this.#hasFailed = true;
-      this.place = null;
-      this.placeChanged.announce(null);
-      this.#askOrbit(null);
+      if (!this.isMore) { // else what is drawn is exact, and lacks branches
+        this.#hasFailed = true;
+        this.place = null;
+        this.placeChanged.announce(null);
+        this.#askOrbit(null);
+      }
+      this.isMore = false;
       this.#fail("diagram", sentence, again && (() => {
         this.#keys.diagram = "";
         this.#followDiagram();
