@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import slipfold as sf
 from helpers.copied import run_command, run_python, same_orbit, same_result
-from slipfold.interface.explorer.curves import diagram_view, loci_view
+from slipfold.interface.explorer.curves import diagram_view, plane_view
 
 KEEP = """
 () => {
@@ -100,11 +100,14 @@ def has_numbers(panel, result, shown):
         case "diagram":
             same_branches(diagram_view(result, shown["y"]["name"], shown["y"]["statistic"]), shown)
         case "plane":
-            assert loci_view(result.loci) == shown["loci"]
+            view = plane_view(result)
+            assert {name: shown[name] for name in view} == view
         case "orbit":
             assert result.state.tolist() == [*shown["through"]["state"].values()]
+            assert result.multipliers.tolist() == [complex(*it) for it in shown["multipliers"]]
         case "simulation":
             assert result.states[-1].tolist() == [*shown["last"].values()]
+            assert result.settlement.message == shown["verdict"]
 
 
 def same_branches(one, other):
