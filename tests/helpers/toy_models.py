@@ -112,3 +112,16 @@ FLOOR = sf.System(
     limits={"floor": {"output": "room", "bound": 0.0}},
 )
 """A mass that is driven against a floor, where it stops."""
+
+
+def chain(size, law, speed=0.0, damping=0.001):
+    """Masses between springs: a force at one end, friction and a hardening spring at the other."""
+    stiffness = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    return sf.Structure(
+        np.eye(size),
+        sf.ProportionalDamping(0.1, damping),
+        stiffness,
+        elements=sf.CubicSpring(f"q{size}", k3=10.0),
+        contacts=sf.FrictionContact(f"q{size}", law, load=2.0, Vd=speed),
+        forcing=sf.HarmonicForce("q1", F=2.0),
+    ).replace(f=0.6)

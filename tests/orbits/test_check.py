@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.toy_models import chain
 from slipfold import Settings
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.models.registry import model_named
@@ -76,20 +77,8 @@ def test_branches_and_their_bifurcations(name, values, vary, span, types):
             assert_same(branch.orbit(index))
 
 
-def chain(size):
-    stiffness = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
-    return sf.Structure(
-        np.eye(size),
-        sf.ProportionalDamping(0.1, 0.001),
-        stiffness,
-        elements=sf.CubicSpring(f"q{size}", k3=10.0),
-        contacts=sf.FrictionContact(f"q{size}", sf.Stribeck(), load=2.0, Vd=1.0),
-        forcing=sf.HarmonicForce("q1", F=2.0),
-    ).replace(f=0.6)
-
-
 def test_a_chain_of_ten_masses_with_a_friction_contact():
-    assert_same(sf.periodic_orbit(chain(10)))
+    assert_same(sf.periodic_orbit(chain(10, sf.Stribeck(), speed=1.0)))
 
 
 def test_what_is_no_orbit_does_not_pass():

@@ -7,21 +7,10 @@ import pytest
 from scipy.special import mathieu_a, mathieu_b
 
 import slipfold as sf
+from helpers.toy_models import chain
 from slipfold.models.registry import model_named
 from slipfold.orbits import harmonic_balance
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
-
-def chain(size, law, speed=0.0, damping=0.001):
-    stiffness = 100.0 * (2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
-    return sf.Structure(
-        np.eye(size),
-        sf.ProportionalDamping(0.1, damping),
-        stiffness,
-        elements=sf.CubicSpring(f"q{size}", k3=10.0),
-        contacts=sf.FrictionContact(f"q{size}", law, load=2.0, Vd=speed),
-        forcing=sf.HarmonicForce("q1", F=2.0),
-    ).replace(f=0.6)
 
 
 def creeping(rise):

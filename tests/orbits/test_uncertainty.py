@@ -50,9 +50,9 @@ def test_determinant_is_within_its_uncertainty(case):
             assert abs(determinant - exact) < allowed, (branch.id, index)
 
 
-@pytest.mark.parametrize("vary", ["f", "zeta", "f0"])
+@pytest.mark.parametrize("vary", ["f", "a", "zeta", "f0"])
 def test_closed_form_is_within_the_uncertainty(vary):
-    span = {"f": (0.5, 1.8), "zeta": (0.3, 0.02), "f0": (0.7, 1.6)}[vary]
+    span = {"f": (0.5, 1.8), "a": (0.0, 2.0), "zeta": (0.3, 0.02), "f0": (0.7, 1.6)}[vary]
     (branch,) = trace_response(LinearOscillator(), vary, span)
     for index in range(len(branch)):
         model = branch.orbit(index).model
