@@ -48,6 +48,19 @@ def test_a_load_that_grows_a_thousand_times_takes_few_points():
     assert still.nodes[-1, 0] == pytest.approx([10 * mu / 2000, 0], rel=1e-9, abs=1e-12)
 
 
+def test_a_branch_that_ends_for_a_fast_mode_says_so():
+    stiff, damped = 1e7 * np.array([[1, -1], [-1, 1]]), 0.3 * np.array([[1, -1], [-1, 1]])
+    structure = sf.Structure(
+        np.eye(2), damped + np.diag([0.6, 0]), stiff + np.diag([1000, 0]), names=("a", "b"),
+        elements=sf.CubicSpring("a", k3="1e5 N/m^3"), forcing=sf.HarmonicForce("a", "1 N"),
+    )  # fmt: skip
+    few = sf.Settings(steps=sf.Steps(points=10))
+    (branch,) = sf.response(structure, "f", (2, 8), settings=few).branches
+    ratio = np.sqrt(2e7) / (2 * np.pi) / branch.parameter[-1]
+    said = branch.stopped.reason.split("; a mode ")[1].split(" times as fast as the orbit ")[0]
+    assert int(said) == pytest.approx(ratio, abs=1)
+
+
 def test_several_modes_of_a_chain_may_begin_to_squeal_in_one_step():
     # With twenty states test functions are 1e-30 everywhere; the eigenvalues say what is lost.
     n = 10

@@ -57,6 +57,9 @@ UNSOLVED = (
     "meet the equations; simulate continues in implicit steps of any length"
 )
 
+FAST = 64
+"""Vibrations in a period above which a mode is much faster than an orbit."""
+
 NO_VALUE = (
     "where the equations have no value, such as the logarithm or root of what is negative or a "
     "quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x))"
@@ -96,6 +99,7 @@ class BranchEndings(Endings[OrbitPoint]):
             return family_end(orbits, traced.points)
         last, neared = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
+        reason += _too_fast(orbits, last) if kind == "points" else ""
         critical = np.count_nonzero(np.abs(last.multipliers - 1) < ALIKE)
         if kind == "failed" and critical > 1 and len(traced.points) == 1:
             reason = SEVERAL
@@ -168,6 +172,18 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         kind = "unresolved"
         reason = f"a multiplier of {largest:.1e} leaves too few digits for a step ({reason})"
     return kind, reason
+
+
+def _too_fast(orbits: Orbits, last: OrbitPoint) -> str:
+    """Say that a vibration is much faster than an orbit, whose multiplier soon turns, if one is."""
+    at = orbits.nodes(last.z)[:1], orbits.by.start[:1], orbits.constants(last.z)
+    ratio = np.abs(np.linalg.eigvals(orbits.flow.jacobians(*at)[0]).imag).max() / (2 * np.pi)
+    if not (orbits.kind == "periodic" and orbits.by.smooth and ratio > FAST):
+        return ""
+    return (
+        f"; a mode {ratio:.0f} times as fast as the orbit may be why steps are short: give it more "
+        "damping, or leave it out, as reduction= of a structure does"
+    )
 
 
 def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
