@@ -261,6 +261,20 @@ def test_a_shaft_of_disks_needs_no_complex_modes():
         assert error < (np.abs(modal - exact) / size).max()
 
 
+def test_the_accuracy_of_a_reduction_is_that_reported_at_the_speed_of_the_rotor():
+    mass, damping, stiffness, gyroscopic = shaft()
+    slow, fast = (
+        Structure(
+            mass, damping, stiffness, G={"omega": gyroscopic}, variables=Parameter("omega", omega),
+            elements=sf.CubicSpring("q14", k3=1.0), forcing=HarmonicForce("q85", F=1.0),
+            reduction=sf.FreeInterface(up_to=15, accuracy=1e-2),
+        )
+        for omega in (0.0, 300.0)
+    )  # fmt: skip
+    assert fast.reduction_report.receptance_error < 1e-2
+    assert slow.replace(omega=300.0).reduction_report.receptance_error > 0.1
+
+
 def test_flutter_by_few_real_modes():
     """Friction of a tilted spring that presses on a shaft couples two planes: two modes merge."""
     mass, _, stiffness, _ = shaft()

@@ -85,10 +85,24 @@ class Assembly:
         self.given, definition = given, given.repeated
         self.definition = definition  # with all sectors that repeat
         self.length = definition.length_scale
+        matrices = [(name, getattr(definition, name)) for name in ("M", "C", "G", "K", "H")]
+        # Formulas of coefficients that multiply matrices
+        self.factors = {
+            f"{name} {number}": text
+            for name, matrix in matrices
+            if isinstance(matrix, Matrix)
+            for number, (text, _) in enumerate(matrix.terms, start=1)
+        }
+        # Names of the parameters that switch off what is periodic in time
+        named = (
+            one._parameter_name(name) for one in definition.components for name in one._amplitudes
+        )
+        self.amplitudes = tuple(dict.fromkeys(named))
+        self.forced = bool(self.amplitudes)
+        self.scaled = len(self.amplitudes) > 1  # whether the level scales all of them
         self.reduced = self._reduce()
         self._retain()
         self.size = len(self.names)
-        self.factors: dict[str, str] = {}  # formulas of coefficients that multiply matrices
         self._reports: dict[tuple[float, ...], ReductionReport] = {}  # by their values
         # Parts of matrices, each with the coefficient that multiplies it, None for one
         self.inertia = Inertia(
@@ -105,16 +119,6 @@ class Assembly:
         visible = (*self._watched_directions(), *self._acted_directions())
         self.watched = tuple((name, self._row(item)) for name, item in visible)
         self.symmetric = definition.K.symmetric
-        # Names of the parameters that switch off what is periodic in time
-        self.amplitudes = tuple(
-            dict.fromkeys(
-                item.component._parameter_name(name)
-                for item in self.placed
-                for name in item.component._amplitudes
-            )
-        )
-        self.forced = bool(self.amplitudes)
-        self.scaled = len(self.amplitudes) > 1  # whether the level scales all of them
         self._refuse_doubles()
         self._refuse_stiff()
 
@@ -142,19 +146,18 @@ class Assembly:
         held = [part.array() for part in item.H.parts] if item.H else []
         parts = [part.array() for part in (*rates, *item.K.parts[1:], *item.M.parts[1:])]
         full.couples = [*parts, *held, *(part.T for part in held)]
-        full.coupling = self._coupling(None)
+        full.coupling = self._coupling({one.name: one.default for one in self.parameters})
         return item.reduction._apply(full, item.names)
 
-    def _coupling(self, values: Mapping[str, float] | None) -> Coupling | None:
-        """Return what couples modes at parameter values, or what is constant of it."""
+    def _coupling(self, values: Mapping[str, float]) -> Coupling | None:
+        """Return what couples modes at parameter values."""
         item = self.definition
         rates = [one for one in (item.C, item.G) if isinstance(one, Matrix)]
         held, found = [item.H] if item.H else [], []
         for whole, added in ((rates, ()), (held, (item.K,)), ((), (item.M,))):
             parts = [one.array() for one in whole if len(one.entries)]
             terms = [pair for one in (*whole, *added) for pair in one.terms]
-            if values is not None:
-                parts += [factor_value(text, values) * one.array() for text, one in terms]
+            parts += [factor_value(text, values) * one.array() for text, one in terms]
             found.append(parts)
         if not any(found):
             return None
@@ -228,7 +231,6 @@ class Assembly:
         if matrix is None:
             return ()
         keys = [f"{name} {number}" for number in range(1, len(matrix.terms) + 1)]
-        self.factors |= {key: text for key, (text, _) in zip(keys, matrix.terms, strict=True)}
         projected = (self._projected(part.array()) for part in matrix.parts)
         return tuple(zip((None, *keys), projected, strict=True))
 

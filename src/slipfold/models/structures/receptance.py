@@ -150,7 +150,7 @@ class FullStructure:
         self.acting, self.directions = acting, _apart(np.hstack([acting, watched]))
         self.modes = LowestModes(stiffness, mass)
         self.couples: Sequence[Any] = ()  # matrices whose forces couple its modes, (n, n)
-        self.coupling: Coupling | None = None  # what is constant of them
+        self.coupling: Coupling | None = None  # the same at the model's first values
         self._receptances: dict[float, Complex] = {}
 
     def coordinates(self, shapes: Array) -> Coordinates:

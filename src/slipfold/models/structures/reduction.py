@@ -139,7 +139,7 @@ class Reduced:
 Accuracy = Annotated[
     float | None,
     "Keep as many more modes as receptances up to `up_to` need to be wrong by this at most, as "
-    "`ReductionReport` measures it.",
+    "`ReductionReport` measures it, at the values that parameters have where none are given.",
 ]
 
 
