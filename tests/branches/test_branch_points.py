@@ -149,7 +149,7 @@ def test_no_step_leads_across_a_branch_point_onto_the_other_branch(slope):
 
 
 @pytest.mark.parametrize(("power", "apart"), [(2, 1e-3), (2, 1e-4), (3, 3e-5)])
-def test_branch_points_close_together_are_told_apart(power, apart):
+def test_branch_points_close_together_are_distinguished(power, apart):
     states = {
         name: {"rate": f"(r + {shift}*e)*{name} - {name}^{power}", "start": 0.0}
         for name, shift in (("x", 1), ("y", 0), ("z", -1))

@@ -20,7 +20,7 @@ def started(monkeypatch):
     return calls
 
 
-def test_it_listens_on_this_machine_alone_unless_told_otherwise(started):
+def test_it_listens_on_this_machine_alone_unless_asked_otherwise(started):
     assert run("explore", "--no-browser").exit_code == 0
     [(given, options)] = started
     assert given is None

@@ -36,7 +36,7 @@ def test_a_diagram_has_the_branches_and_bifurcations_of_the_response(client, bas
             assert point.name in mark["sentence"]
 
 
-def test_values_that_cannot_be_had_are_told_without_computing(explorer):
+def test_values_that_cannot_be_had_are_reported_without_computing(explorer):
     asked = {"model": "sliding", "parameters": {"Nd": 5.0, "Ns": 1.0}}
     with explorer.http() as http:
         assert "not below Ns" in http.post("/api/values", json=asked).json()["Nd"]
@@ -315,7 +315,7 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
     assert [item["fraction"] * 121 for item in fine["attractors"]] == pytest.approx(counts)
 
 
-def told_of(catalogue, **request):
+def answered(catalogue, **request):
     answers = answers_to(diagram(parameters={}, **request), Answering(catalogue))
     return [answer for answer in answers if "branches" in answer]
 
@@ -325,7 +325,7 @@ def test_what_motions_settle_on_is_added_where_the_response_ends(monkeypatch):
     monkeypatch.setattr(PAGE, "filling", math.inf)
     model = sf.System.from_toml(FORCED_SLIDER)
     view = {"model": model.name, "vary": "F", "span": [0, 1.2]}
-    *_, response, last = told_of(Catalogue(model), **view)
+    *_, response, last = answered(Catalogue(model), **view)
     # What is known is shown before more is looked for.
     assert (response["more"], response["done"], last["done"]) == (True, False, True)
     assert last["branches"][:1] == response["branches"]
@@ -349,19 +349,19 @@ def test_a_motion_is_followed_and_what_cannot_be_is_said():
     state = dict(zip(("q", "v"), orbit.state.tolist(), strict=True))
     known = {"value": 1.2, "state": state, "period": 1}
     nowhere = {"value": 2.0, "state": state}
-    *_, last = told_of(Catalogue(), **view, also=[known, nowhere])
-    *_, alone = told_of(Catalogue(), **view)
+    *_, last = answered(Catalogue(), **view, also=[known, nowhere])
+    *_, alone = answered(Catalogue(), **view)
     assert last["branches"] == alone["branches"]
     assert ["outside the span" in why for why in last["unfollowed"]] == [True]
 
 
 def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(tmp_path, monkeypatch):
     monkeypatch.setattr(PAGE, "filling", 0.0)
-    *_, last = told_of(Catalogue(), model="vanderpol-free", vary="mu", span=[0.1, 3])
+    *_, last = answered(Catalogue(), model="vanderpol-free", vary="mu", span=[0.1, 3])
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "span")
     assert all(item["stopped"]["kind"] == "interrupted" for item in last["branches"][1:])
     monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
-    *_, last = told_of(Catalogue())
+    *_, last = answered(Catalogue())
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")
     monkeypatch.setattr(PAGE, "filling", math.inf)
     request = DiagramRequest.model_validate(diagram())

@@ -24,7 +24,7 @@ def study():
     return sf.study(STUDY)
 
 
-def test_a_study_is_told_case_by_case_and_nothing_of_those_that_failed(study):
+def test_a_study_is_reported_case_by_case_and_nothing_of_those_that_failed(study):
     reasons = study.reasons.copy()
     reasons[4] = "it failed"
     told = study_view(replace(study, reasons=reasons), "sliding")

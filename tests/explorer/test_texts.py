@@ -122,7 +122,7 @@ def test_a_structure_that_was_made_in_python_has_a_text_with_all_its_matrices():
     assert model_of_text(text_of(spun)) == spun
 
 
-def test_a_mistake_is_told_as_on_the_command_line(explorer, tmp_path):
+def test_a_mistake_is_reported_as_on_the_command_line(explorer, tmp_path):
     wrong = QUINTIC.replace("k*q ", "k*qq ")
     file = tmp_path / "own.toml"
     file.write_text(wrong)

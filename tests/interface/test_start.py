@@ -49,7 +49,7 @@ def test_what_is_not_there_is_said():
 
 
 @pytest.mark.parametrize(("given", "threads"), [(None, "1"), ("3", "3")])
-def test_commands_take_one_thread_for_linear_algebra_unless_told_otherwise(given, threads):
+def test_commands_take_one_thread_for_linear_algebra_unless_asked_otherwise(given, threads):
     text = (
         "import os, sys\n"
         "from slipfold.interface.cli import main\n"

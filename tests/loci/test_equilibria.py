@@ -221,7 +221,7 @@ def test_a_fold_of_equilibria_that_no_line_and_no_motion_leads_to_is_followed(pl
     assert fold.values[[0, -1], 1] == pytest.approx([-0.8, 0.8])
 
 
-def test_refused_points_are_told_unless_a_locus_passes_them(monkeypatch):
+def test_refused_points_are_reported_unless_a_locus_passes_them(monkeypatch):
     model = sf.System(parameters={"a": 0, "b": 0}, states={"x": "a + x - x^3", "y": "b - y"})
     start, folds = follow._Loci.start, []
 
@@ -264,7 +264,7 @@ def test_cycles_are_followed_from_equilibria_that_no_line_leads_to(monkeypatch):
         assert a == pytest.approx(0.15 + side * np.sqrt(0.3 - b**2), abs=1e-9)
 
 
-def test_an_equilibrium_that_cannot_be_followed_is_told(monkeypatch, tmp_path):
+def test_an_equilibrium_that_cannot_be_followed_is_reported(monkeypatch, tmp_path):
     follow = fan.trace_response
 
     def refuse(*args, begin=None, **options):

@@ -37,7 +37,7 @@ def interrupted(points, count):
     return follow_loci(points, FORCE, WINDOW, observer=observer), seen
 
 
-def test_observer_is_told_of_every_point(whole):
+def test_observer_hears_of_every_point(whole):
     loci, seen = whole
     assert [item.stage for item in seen] == sorted(item.stage for item in seen)
     stages = {stage: [item for item in seen if item.stage == stage] for stage in STAGES}

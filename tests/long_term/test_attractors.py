@@ -85,7 +85,7 @@ def test_every_start_is_where_a_long_motion_ends():
         assert motion.settlement.period == found[label - 1].period
 
 
-def test_a_torus_is_told_by_its_exponents_once():
+def test_a_torus_is_identified_by_its_exponents_once():
     found = sf.attractors(sf.SlidingOscillator(f=12.5, Nd=0.06), WHOLE_BOX, starts=2, periods=128)
     assert kinds(found) == [("torus", 0)]
     # shared/reference/beyond.md, over 2000 periods here.

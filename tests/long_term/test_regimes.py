@@ -49,7 +49,7 @@ def test_responses_coexist_between_the_folds(folds):
     assert folds.at(f=12.2, Nd=0.1) == {"rest": "period 2", "up": "period 1", "down": "period 2"}
 
 
-def test_responses_of_one_period_are_told_apart():
+def test_responses_of_one_period_are_distinguished():
     # Duffing's fold: at W = 1.2 two responses of period 1 are stable.
     duffing = sf.built_in_models()["duffing"]()
     found = sf.regimes(duffing, {"F": (0.1, 0.2), "W": (1.0, 1.4)}, points=(2, 5))

@@ -44,7 +44,7 @@ def test_of_a_torus_each_period_is_a_dot():
     assert high.max() <= 0.45
 
 
-def test_what_repeats_is_told_from_what_does_not():
+def test_what_repeats_is_distinguished_from_what_does_not():
     count = np.arange(64.0)
     motions = {
         1: 0.8**count,

@@ -134,7 +134,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_mistakes_are_told_at_their_place(mistake):
+def test_mistakes_are_reported_at_their_place(mistake):
     changes, words = MISTAKES[mistake]
     with pytest.raises(InputError) as caught:
         sf.System.from_toml(text(**changes))

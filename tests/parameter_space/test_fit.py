@@ -116,7 +116,7 @@ def duffing_down(seed):
     return sf.measure(truth, "W", values, ["max q"], sweep="down", errors=0.05, seed=seed)
 
 
-def test_what_far_from_a_resonance_is_told_of_damping_is_an_interval_to_its_bound():
+def test_what_far_from_a_resonance_is_known_of_damping_is_an_interval_to_its_bound():
     found = sf.fit(DUFFING(g=0.9, F=0.2, d=0.1), duffing_down(2), {"d": (0.01, 0.3)})
     interval = found["d"]
     assert interval.low == 0.01
@@ -254,7 +254,7 @@ def test_both_sides_of_a_fold_are_explained(swept):
     assert found["F"].value == pytest.approx(0.2, abs=1e-7)
 
 
-def test_a_reading_that_nothing_explains_is_left_out_and_told(swept):
+def test_a_reading_that_nothing_explains_is_left_out_and_reported(swept):
     measurements = swept.measured.copy()
     measurements[3] += 1.0
     found = sf.fit(DUFFING(), replace(swept, measured=measurements), {"d": (0.02, 0.2)}, F=0.2)

@@ -44,12 +44,12 @@ def test_parameters_that_only_their_product_shows_have_no_error():
 
 
 def test_the_best_points_are_those_of_all_that_could_be_chosen(planned):
-    def told(rows):
+    def listed(rows):
         part = exact()[list(rows)]
         return np.linalg.det(part.T @ part)
 
     for count in (2, 3):
-        best = max(combinations(range(8), count), key=told)
+        best = max(combinations(range(8), count), key=listed)
         assert planned.best(count) == sorted(best)
 
 

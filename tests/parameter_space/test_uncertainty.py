@@ -100,7 +100,7 @@ def test_one_parameter_has_all_of_the_variance():
     assert found.total == pytest.approx([1.0], abs=1e-2)
 
 
-def test_indices_that_cannot_be_told_say_why(sliding, tmp_path):
+def test_indices_that_cannot_be_computed_say_why(sliding, tmp_path):
     found = sf.uncertainty(sliding[2], {"alpha": "normal 2deg"}, samples=4, seed=1, indices=True)
     assert found.indices is None
     assert " of 12 samples have no threshold; first: " in found.no_indices

@@ -47,7 +47,7 @@ def test_indices_of_an_amplitude_are_those_of_its_formula(found):
     assert either.total == pytest.approx(told.total, abs=1e-3)
 
 
-def test_indices_that_cannot_be_told_say_why(found):
+def test_indices_that_cannot_be_computed_say_why(found):
     with pytest.raises(InputError, match=r"has no number 'reason'; .*it has settled, period"):
         found.indices("reason")
     with pytest.raises(InputError, match="time is the same in all cases"):

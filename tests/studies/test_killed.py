@@ -144,7 +144,7 @@ def test_what_is_finished_when_something_ends_is_kept(tmp_path, monkeypatch, end
 
 
 @pytest.mark.parametrize("by_a_scheduler", [False, True])
-def test_workers_without_slipfold_are_told_in_a_sentence(tmp_path, by_a_scheduler):
+def test_workers_without_slipfold_are_reported_in_a_sentence(tmp_path, by_a_scheduler):
     class Bare(Executor):
         def submit(self, fn, task):
             error = missing = ModuleNotFoundError("No module named 'slipfold'")

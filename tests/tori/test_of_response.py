@@ -71,7 +71,7 @@ def test_their_envelope_is_that_of_a_settled_simulation(model, tori):
     assert tori.extrema.of("x")[1][-1] == pytest.approx(highest, abs=1e-6)
 
 
-def test_they_are_saved_and_told(diagram, tori, tmp_path):
+def test_they_are_saved_and_listed(diagram, tori, tmp_path):
     diagram.save(tmp_path / "tori.nc")
     copy = sf.load(tmp_path / "tori.nc")
     assert copy.to_json() == diagram.to_json()
@@ -199,7 +199,7 @@ friction = { law = "Coulomb", mu_s = "mu", mu_k = "mu" }
 """
 
 
-def test_of_orbits_that_stick_only_the_births_are_told(tmp_path):
+def test_of_orbits_that_stick_only_the_births_are_reported(tmp_path):
     model = sf.System.from_toml(STICKING)
     diagram = sf.response(model, vary="a", span=(-0.05, 0.05), tori=True)
     assert [(item.point.type, item.point.stuck_fraction > 0) for item in diagram.special] == [

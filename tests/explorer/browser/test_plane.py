@@ -123,7 +123,7 @@ def test_a_point_of_codimension_two_says_what_it_means_and_leads_to_both_sides(p
     card.get_by_role("button", name="Close").click()
 
 
-def test_a_motion_at_the_ring_is_told_beside_the_plane(plane):
+def test_a_motion_at_the_ring_is_described_beside_the_plane(plane):
     plane.page.get_by_role("button", name="Simulate at the ring").click()
     plane.page.mouse.move(5, 5)
     line = plane.page.locator(".under-pointer")

@@ -19,7 +19,7 @@ def pointed(explorer, right, up):
     return explorer.page.locator(".under-pointer")
 
 
-def test_regimes_are_drawn_and_told_under_the_pointer(explorer):
+def test_regimes_are_drawn_and_named_under_the_pointer(explorer):
     page = explorer.open(WINDOW, plane=True).page
     page.get_by_role("button", name="Compute the regimes").click()
     regimes = page.locator(REGIMES)
