@@ -47,6 +47,7 @@ OF_TEXT = {
     "start text": ("start = 0.5", 'start = "x"', '"x" }', ["start = 'x' is not a number"]),
     "no value": ("{ value = 0.1,", "{", "{ max = 10 }", ["parameters.g has no value"]),
     "value true": ("F = 0.18", "F = true", "true", ["value is true or false; give a number"]),
+    "value of no unit": ("F = 0.18", 'F = "1 N"', '"1 N"', ["or declare a unit as in { value ="]),
     "value infinite": ("F = 0.18", "F = inf", "inf", ["value = inf is not a finite number"]),
     "value outside": ("max = 10", "max = 0", "{ value = 0.", ["g = 0.1 is outside its bounds"]),
     "bounds exchanged": (

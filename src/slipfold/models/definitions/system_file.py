@@ -81,7 +81,12 @@ def _number(given: Any, info: ValidationInfo) -> float:
     name, unit = str(info.field_name), info.data.get("unit", "")
     if isinstance(given, bool) or not isinstance(given, (Real, str)):
         raise WrongEntry(f"is {type_name(given)}; give a number")
-    number = parse_quantity(given if isinstance(given, str) else _float(given), unit, name)
+    try:
+        number = parse_quantity(given if isinstance(given, str) else _float(given), unit, name)
+    except InputError as error:
+        declared = name == "value" and not unit
+        how = ', or declare a unit as in { value = 10, unit = "Hz" }' if declared else ""
+        raise InputError(f"{error}{how}") from None
     if not math.isfinite(number):
         raise WrongEntry(f"= {number} is not a finite number; leave it out or give one")
     return number
