@@ -7,9 +7,10 @@ step length.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from itertools import count
 from typing import Any, NamedTuple
 
 import heyoka as hy
@@ -41,7 +42,7 @@ class EXPLICIT:
     shortest_ratio: float = 0.2  # of two steps
     longest_ratio: float = 4.0
     max_steps: int = 600  # after which a trajectory is left behind
-    batch: int = 256  # trajectories: many for the cost of a call, few for the processor's cache
+    batch: int = 240  # trajectories; rows of a power of two would share few lines of the cache
     cubic_safety: float = 0.5  # of a minimum between the ends of a step
     ensemble_batch: int = 512  # trajectories without derivatives
     calls: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)  # a period
@@ -219,16 +220,17 @@ class PropagatedStates(NamedTuple):
 class LinearizedSteps:
     """A compiled step, and the control of its length.
 
-    Arguments of the step, a row each: coefficients, scales, change of coefficients, states, their
-    derivatives by each of the first states and along the change of coefficients, phase, length of
-    the step. Values: states and derivatives after it, its error, outputs of limits and their rates
-    before it, and both after it. The control takes them all, from the states on.
+    Arguments of the step, a row each: coefficients, scales, change of those that change, states,
+    their derivatives by each of the first states and along the change, phase, length of the step.
+    Values: states and derivatives after it, its error, outputs of limits and their rates before it,
+    and both after it. The control takes them all, from the states on.
     """
 
     step: Any
     control: Any
     states: int
     limits: int
+    changing: Indices  # coefficients that depend on the parameter
 
     def propagate(
         self,
@@ -244,20 +246,21 @@ class LinearizedSteps:
 
         Shapes: states, scales (l, n); start (l,); coefficients, change (l, n_c).
         """
-        n, watched, (count, given) = self.states, self.limits, coefficients.shape
-        size, own = n * (n + 2), 2 * given + n
+        n, watched, change = self.states, self.limits, change[:, self.changing]
+        known = np.concatenate([coefficients, scales, change], axis=1)
+        (rows, own), size = known.shape, n * (n + 2)
         bounds = own + size + 2
-        work = np.zeros((bounds + 3 * watched + 2, count))
-        np.concatenate([coefficients, scales, change], axis=1, out=work[:own].T)
+        work = np.zeros((bounds + 3 * watched + 2, rows))
+        work[:own] = known.T
         work[own : own + n] = states.T
-        derivatives = work[own + n : own + size].reshape(n, n + 1, count)
+        derivatives = work[own + n : own + size].reshape(n, n + 1, rows)
         derivatives[np.arange(n), np.arange(n)] = 1.0
         work[own + size] = start
-        work[-2:] = start + length, np.full(count, tolerance)
+        work[-2:] = start + length, np.full(rows, tolerance)
         work[own + size + 1] = np.minimum(1 / 32, work[-2] - start)
         going = np.flatnonzero(np.isfinite(work).all(axis=0))
         work[bounds:-2] = np.inf
-        left = np.full(count, EXPLICIT.max_steps)
+        left = np.full(rows, EXPLICIT.max_steps)
         while len(going):
             for first in range(0, len(going), EXPLICIT.batch):
                 self._advance(work, own, going[first : first + EXPLICIT.batch], left)
@@ -265,7 +268,7 @@ class LinearizedSteps:
         work[own : own + size, ~(work[own + size] >= work[-2])] = np.nan
         derivatives = derivatives.transpose(2, 0, 1)
         found = work[own : own + n].T, derivatives[..., :n], derivatives[..., n]
-        lowest, highest, above = work[bounds:-2].reshape(3, watched, count).transpose(0, 2, 1)
+        lowest, highest, above = work[bounds:-2].reshape(3, watched, rows).transpose(0, 2, 1)
         return PropagatedStates(*found, lowest, -highest, above)
 
     def _advance(self, whole: Array, own: int, rows: NDArray[np.int64], left: Indices) -> None:
@@ -282,22 +285,37 @@ class LinearizedSteps:
         moving, phase, end = work[own : known - 2], work[own + size], work[known - 2]
         result = np.empty_like(moving)
         enough = len(lanes) // 2 if len(lanes) > REGISTERS else 0
-        for _ in range(left[rows].min()):
-            left[rows] -= 1
-            self.step(work[: own + size + 2], outputs=work[known:])
-            self.control(work[own:], outputs=result)
+        before, after, both = work[: own + size + 2], work[known:], work[own:]
+        most = left[rows].min()
+        for taken in count(1):
+            self.step(before, outputs=after)
+            self.control(both, outputs=result)
             moving[:] = result
-            if np.count_nonzero(phase < end) <= enough:
+            if taken == most or np.count_nonzero(phase < end) <= enough:
                 break
+        left[rows] -= taken
         whole[own : known - 2, rows] = moving[:, : len(rows)]
 
 
-@shared_by_kind
-def linearized_steps_of(model: Model) -> LinearizedSteps | None:
-    """Return the compiled steps of a model, None if they would be too long to compile."""
+@cache
+def linearized_steps_along(vary: str) -> Callable[[Model], LinearizedSteps | None]:
+    """Return what gives the compiled steps of models, with derivatives along one parameter."""
+    return shared_by_kind(partial(_linearized_steps, vary))
+
+
+def _linearized_steps(vary: str, model: Model) -> LinearizedSteps | None:
+    """Return the compiled steps of a model, None if they would be too long to compile.
+
+    Most coefficients do not depend on the parameter: terms of all would be a third of the time.
+    """
     equations = build_equations(model)
-    changes = [hy.expression(f"change of {symbol}") for symbol in equations.coefficients]
-    whole = with_variations(equations, equations.dimension, [changes])
+    parameter = str(equations.parameters[model.parameter_index(vary)])
+    values = equations.coefficient_values
+    changing = [i for i, value in enumerate(values) if parameter in hy.get_variables(value)]
+    changes = [hy.expression(f"change of {equations.coefficients[i]}") for i in changing]
+    along = np.full(len(values), hy.expression(0.0))
+    along[changing] = changes
+    whole = with_variations(equations, equations.dimension, [along.tolist()])
     if (
         len(method().B) * len(take_apart(equations)) * (equations.dimension + 2)
         > 5_000  # 3,000 take three seconds to compile
@@ -305,12 +323,12 @@ def linearized_steps_of(model: Model) -> LinearizedSteps | None:
         return None
     bounds = [limit.output for limit in model.limits]
     watching = f"errors of derivatives too, by rows, watching rates of {bounds!r}"
-    key = f"linearized explicit steps, coefficients first, {watching}\n{equations.fingerprint()}"
+    key = f"linearized explicit steps along {changes}, {watching}\n{equations.fingerprint()}"
     step = cached(key, lambda: _build_linearized(equations, whole, changes, model.limits))
     counts = equations.dimension, len(model.limits)
     made = f"control of {counts}\n{numbers_of(EXPLICIT)}"
     control = cached(made, lambda: _build_control(*counts))
-    return LinearizedSteps(step, control, *counts)
+    return LinearizedSteps(step, control, *counts, np.array(changing, int))
 
 
 def _build_linearized(

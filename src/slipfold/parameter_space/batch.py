@@ -16,7 +16,7 @@ from slipfold.arrays import Array, Complex, Indices, Mask
 from slipfold.bifurcations.branches.batched_walk import BATCH
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.continuation.locate import ZERO
-from slipfold.flow.explicit_steps import linearized_steps_of
+from slipfold.flow.explicit_steps import linearized_steps_along
 from slipfold.models.model import Model
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
@@ -129,7 +129,7 @@ class BatchedThresholds:
     def __init__(self, model: Model, vary: str, span: tuple[float, float]) -> None:
         self.model, self.span = model, span
         self._vary = vary, abs(span[1] - span[0])
-        self._steps = linearized_steps_of(model)
+        self._steps = linearized_steps_along(vary)(model)
         self._bounds = np.array([limit.bound for limit in model.limits])
 
     def orbits(self, parameters: Array, scales: Array) -> OrbitBatch:

@@ -35,7 +35,7 @@ from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.equilibrium import linear_responses
-from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
+from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_along
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -104,7 +104,7 @@ def follow_batch(
     The results of a case do not depend on the other cases. The shorter periods come first.
     """
     report("equations", 0.0)
-    steps = _steps_for(models[0], settings)
+    steps = _steps_for(models[0], vary, settings)
     if steps is None:
         return [BatchedCase(model, failure="another kind of model") for model in models]
     models = [model.replace(**{vary: span[0]}) for model in models]
@@ -139,7 +139,7 @@ def follow_batch(
     return cases
 
 
-def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
+def _steps_for(model: Model, vary: str, settings: Settings) -> LinearizedSteps | None:
     """Return the explicit steps for a kind of models; None if these or settings forbid them."""
     if not model.forced or model.resting or np.any(model.angle_periods):
         return None
@@ -150,7 +150,7 @@ def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
         and steps.smallest <= BATCH.smallest
         and steps.largest * BATCH.max_rounds > 4  # several spans
     )
-    return linearized_steps_of(model) if allowed else None
+    return linearized_steps_along(vary)(model) if allowed else None
 
 
 # -- where branches begin --------------------------------------------------------------------------
