@@ -297,12 +297,18 @@ class OrbitBatch:
         going = np.arange(k)
         errors = [EXPLICIT.tolerance, NEARLY, NEARLY] if self.steps is not None else []
         for error in (errors + [EXACTLY] * ITERATIONS)[:ITERATIONS]:
-            part = self.linearize(some[going], found.z[going], error)
+            own, at = some[going], found.z[going]
+            part = self.linearize(own, at, error)
+            missed = self.misses(own, part.missed)
+            close = np.flatnonzero((missed <= 0.1 * tolerance) & (error == NEARLY))
+            # The flow itself decides whether orbits close, and by how much those fail that do not.
+            part.missed[close] = self.gaps(own[close], at[close])
+            missed[close] = self.misses(own[close], part.missed[close])
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
-            missed = self.misses(some[going], part)
-            if error == NEARLY:  # the flow itself decides whether orbits close
-                missed = self.residuals(some[going], found.z[going])
-            found.tangents[going], found.residuals[going] = tangents, missed
+            near = close[~(missed[close] <= 0.1 * tolerance)]
+            at[near] += np.nan_to_num(step[near])
+            missed[near], step[near] = self.residuals(own[near], at[near]), 0.0
+            found.z[going], found.tangents[going], found.residuals[going] = at, tangents, missed
             found.monodromies[going] = condensed[:, :n, :n] + np.eye(n)
             far = ~(missed <= 0.1 * tolerance) | (error > NEARLY)
             going = going[far]
@@ -350,21 +356,33 @@ class OrbitBatch:
             found[rows] = many_margins(self.flow, constants, limits, states, self.period)[0]
         return found
 
-    def misses(self, some: Indices, part: Part) -> Array:
-        """Return the largest mismatch of each, in the scales of residuals, shape (k,)."""
+    def misses(self, some: Indices, missed: Array) -> Array:
+        """Return the largest mismatch of each, in the scales of residuals, shape (k,).
+
+        Shapes: missed (k, m, n).
+        """
         finer = (self.scales / self.sizes)[some, None] * np.sqrt(self.nodes)
-        return np.asarray((np.abs(part.missed) * finer).max(axis=(1, 2)))
+        return np.asarray((np.abs(missed) * finer).max(axis=(1, 2)))
 
     def residuals(self, some: Indices, z: Array) -> Array:
         """Return by how much orbits fail to close by the flow, in scaled states, shape (k,)."""
-        scales, nodes = self.sizes[some], self.states(some, z)
-        constants = self.flow.constants(self.values(some, z), power_of_two(scales))
+        return self.misses(some, self.gaps(some, z))
+
+    def gaps(self, some: Indices, z: Array) -> Array:
+        """Return the mismatches by the flow, as in `Part`, shape (k, m, n). Shapes: z (k, u)."""
+        if not len(some):
+            return np.empty((0, self.nodes, self.scales.shape[1]))
+        nodes = self.states(some, z)
+        constants = self.flow.constants(self.values(some, z), power_of_two(self.sizes[some]))
         start = np.tile(self._start, len(some))
         flat = nodes.reshape(len(start), -1)
         each = constants.repeated(self.nodes)
         ends = self.flow.advance(flat, start, start + self._length, each).reshape(nodes.shape)
+        return self._missed(some, ends, nodes)
+
+    def _missed(self, some: Indices, ends: Array, nodes: Array) -> Array:
         gaps = wrap_angles(ends - np.roll(nodes, -1, axis=1), self.model.angle_periods)
-        return np.asarray(np.abs(gaps / scales[:, None]).max(axis=(1, 2)))
+        return np.asarray(gaps / self.scales[some, None] / np.sqrt(self.nodes))
 
     def linearize(self, some: Indices, z: Array, tolerance: float = EXPLICIT.tolerance) -> Part:
         """Return by how much nodes are missed, with derivatives. Shapes: z (k, u)."""
@@ -373,10 +391,9 @@ class OrbitBatch:
         given = nodes, self.values(some, z), self.sizes[some]
         propagated = self._propagated(*given, tolerance, self._length)
         wide, root = scales[:, None, :], np.sqrt(m)
-        gaps = propagated.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
         watched = (k, m, self._limits)
         return Part(
-            wrap_angles(gaps, self.model.angle_periods) / wide / root,
+            self._missed(some, propagated.ends.reshape(k, m, n), nodes),
             propagated.matrices.reshape(k, m, n, n) * (wide[..., None, :] / wide[..., :, None]),
             propagated.vectors.reshape(k, m, n) * (self.width / root) / wide,
             Seen(

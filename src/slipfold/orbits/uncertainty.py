@@ -151,7 +151,7 @@ def _shot_again(points: Sequence[OrbitPoint]) -> list[Again | None]:
     z, tangents = (np.array([getattr(p, name) for p in points]) for name in ("z", "tangent"))
     other, guesses, rows = batch.shifted(z, tangents)
     found = other.correct(np.arange(len(z)), guesses, rows, NEWTON.still, np.inf, EXACTLY)
-    residuals = other.misses(np.arange(len(z)), found.part)
+    residuals = other.misses(np.arange(len(z)), found.part.missed)
     answers = list[Again | None]()
     for row, point in enumerate(points):
         if not (found.found[row] and residuals[row] <= AGAIN):
