@@ -27,6 +27,10 @@ class ZERO:
 
     # Arclength to which a zero is located; the parameter then is right to 1e-12 of the span
     close: float = 1e-12
+    # Distance of the points of a secant, and the least multiple of the arclength to which a zero is
+    # located: of nearer points errors of the values decide
+    apart: float = 1e-7
+    many: float = 1e3
     # Maximum number of points; 8 are seldom needed
     evaluations: int = 40
     # Where Newton's method fails at a zero, a point at this fraction of `close` from it is taken

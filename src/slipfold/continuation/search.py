@@ -121,18 +121,28 @@ def locating_test(
 ) -> Guesses[Found[P]]:
     """Search for the zero of a test function between two points."""
     point = yield from locating(curve, history, a, b, lambda item: item.tests[test], close)
-    return Found(kind, point, slope_at(lambda item: item.tests[test], history, point, a, b))
+    apart = max(ZERO.apart, ZERO.many * close)
+    return Found(kind, point, slope_at(lambda item: item.tests[test], history, point, a, b, apart))
 
 
-def slope_at(function: Callable[[P], float], history: Sequence[P], point: P, a: P, b: P) -> float:
-    """Return the derivative of a function of points at its zero between two of them."""
-    nearest = min(
-        (item for item in history if item.arclength != point.arclength),
-        key=lambda item: abs(item.arclength - point.arclength),
-    )
-    # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
-    far = abs(nearest.arclength - point.arclength) >= 1e-7
-    first, last = (point, nearest) if far else (a, b)
+def slope_at(
+    function: Callable[[P], float],
+    history: Sequence[P],
+    point: P,
+    a: P,
+    b: P,
+    apart: float = ZERO.apart,
+) -> float:
+    """Return the derivative of a function of points at its zero between two of them.
+
+    It is the secant to the nearest other point that is so far apart, or else that of the two.
+    """
+
+    def away(item: P) -> float:
+        return abs(item.arclength - point.arclength)
+
+    nearest = min((item for item in history if away(item) >= apart), key=away, default=None)
+    first, last = (a, b) if nearest is None else (point, nearest)
     return float((function(last) - function(first)) / (last.arclength - first.arclength))
 
 

@@ -73,21 +73,22 @@ def exact_zeros(
 def _polishing(
     found: Found[OrbitPoint] | LostCurveError, close: float
 ) -> Guesses[Found[OrbitPoint]]:
-    """Search within an arclength of a zero by secant steps; the value that is left is rounding."""
+    """Search near a zero by secant steps; of what is left rounding decides."""
     if isinstance(found, LostCurveError):
         raise found
-    kind, point, slope = found.type, found.point, found.slope
-    row, before = point.tangent, point.tests[kind]
-    z = point.z - before / slope * row
+    kind, slope, before, known = found.type, found.slope, np.nan, list[OrbitPoint]()
+    point, value, row = found.point, found.point.tests[found.type], found.point.tangent
     for _ in range(BATCH.secants):
+        z = point.z - value / slope * row
         point = yield Guess(z, row, (), point.arclength)
         value, row = point.tests[kind], point.tangent
-        # The last step gives the slope again, unless rounding is left.
-        slope *= 1 - value / before if abs(value) < 0.5 * abs(before) else 1.0
+        known.append(point)
         if abs(value) <= close * abs(slope):
             break
-        z, before = point.z - value / slope * row, value
-    return Found(kind, point, found.slope)
+        # Values before the first step have other errors. Of rounding a slope may become anything.
+        change = 1 - value / before
+        slope, before = slope * change if change > BATCH.flatter else slope, value
+    return Found(kind, min(known, key=lambda item: abs(item.tests[kind])), found.slope)
 
 
 # -- ends at limits of the model ------------------------------------------------------------------

@@ -51,12 +51,15 @@ class BATCH:
     amplified: float = 1e6
     # Steps of each branch after which those that have not ended are left
     max_rounds: int = 400
-    # A correction shorter than this is the last: the next one would be as long as its square
-    last_step: float = 1e-6
+    # A correction shorter than this is the last: test functions are those before it, and where they
+    # had errors of more than `near`, their zeros took three times as many orbits
+    last_step: float = 1e-8
     # Distance from a zero at which secant steps with the flow itself begin
     near: float = 1e-7
-    # Maximum number of these; one or two are needed
+    # Maximum number of these; two or three are needed
     secants: int = 4
+    # Smallest ratio of a slope to the one before it, after a step with which the value changed
+    flatter: float = 0.05
     # Orbits at the end of a branch between which a limit may lie: near a singularity explicit steps
     # are too inexact to show on which side of it they lie
     last: int = 3
@@ -292,16 +295,11 @@ class Walk(FrontEquations):
         changed = (front.tests[active, -1] > 0) != (result.tests > 0)
         changed &= regular[:, None]
         change = np.where(regular, np.abs(_unstable(result) - self._unstable[active]), 0)
-        tests, alone = np.full(len(active), -1), changed.sum(axis=1) == 1
-        tests[changed[:, PD] & alone & (change == 1)] = PD
-        tests[changed[:, NS] & alone & ((change == 2) | (change == 0))] = NS
-        folds = changed[:, LP] & changed[:, FOLD] & (changed.sum(axis=1) == 2) & (change == 1)
-        tests[folds] = LP
+        tests, explained = single_events(changed, change)
         # What is located must lie before a limit: on the last step of a branch is nothing.
         ambiguous |= (tests >= 0) & ~(result.seen.above > self._bounds).all(axis=1)
-        uneventful = ~changed.any(axis=1) & (change == 0)
         self._stop(active[fits & ~ambiguous & changed[:, FOLD] & ~changed[:, LP]], "crossing")
-        return tests, np.asarray(ambiguous | ~(uneventful | (tests >= 0)))
+        return tests, np.asarray(ambiguous | ~explained)
 
     def _is_regular(self, rows: Indices) -> Mask:
         """Whether the last point of each branch is not one of another branch, too."""
@@ -378,6 +376,20 @@ class Walk(FrontEquations):
         """Return by how much the halves of orbits differ, in scaled states."""
         half = self._orbits.size // 2
         return np.asarray(z[:, :half] - z[:, half : 2 * half])
+
+
+def single_events(changed: Mask, change: Indices) -> tuple[Indices, Mask]:
+    """Return the test function whose zero explains each step, and which steps are explained.
+
+    At most one function has a zero in a step, -1 stands for none; a fold has one of two. `change`
+    is by how much the number of unstable multipliers differs. Shapes: changed (k, f), change (k,).
+    """
+    tests, alone = np.full(len(changed), -1), changed.sum(axis=1) == 1
+    tests[changed[:, PD] & alone & (change == 1)] = PD
+    tests[changed[:, NS] & alone & ((change == 2) | (change == 0))] = NS
+    folds = changed[:, LP] & changed[:, FOLD] & (changed.sum(axis=1) == 2) & (change == 1)
+    tests[folds] = LP
+    return tests, np.asarray((tests >= 0) | (~changed.any(axis=1) & (change == 0)))
 
 
 def _unstable(result: Corrected) -> Indices:
