@@ -179,6 +179,12 @@ class Converged(Solutions):
         vars(result).update(multipliers=self.multipliers[some], tests=self.tests[some])
         return result
 
+    def joined(self, others: Converged, before: Indices) -> Converged:
+        """Return them with others, each before the orbit of a number."""
+        names = "z", "tangents", "monodromies", "residuals"
+        pairs = ((getattr(self, name), getattr(others, name)) for name in names)
+        return Converged(*(np.insert(own, before, more, axis=0) for own, more in pairs))
+
 
 class OrbitBatch:
     """Orbits of a period of models of one kind, in one parameter.

@@ -2,8 +2,9 @@
 
 Continuation computes one orbit after the other. The orbits of a response at neighboring parameter
 values are good guesses, which Newton's method corrects in one batch. What lies between them is then
-located and described as on any batch of responses. Nothing is returned if a bifurcation may appear
-or vanish, or if the criticality of a period doubling changes: the response has to be followed.
+located and described as on any batch of responses. Nothing is returned where bifurcations may hide
+between the orbits, or if doubled branches or their criticality change: the response has to be
+followed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.bifurcations.branches.batched import (
     BatchedCase,
     complete,
@@ -21,13 +22,19 @@ from slipfold.bifurcations.branches.batched import (
     locate_bifurcations,
 )
 from slipfold.bifurcations.branches.batched_points import FollowedOrbits
-from slipfold.bifurcations.branches.batched_walk import BatchedBranch, Bracket
+from slipfold.bifurcations.branches.batched_walk import BatchedBranch, Bracket, single_events
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.make_branch import bare, with_normal_forms
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import forced_orbits
 from slipfold.continuation.end import End
-from slipfold.continuation.interpolation import arcs, polynomial_weights
+from slipfold.continuation.interpolation import arcs, hermite_each, lengths_of
+from slipfold.continuation.locate import ZERO
+from slipfold.continuation.search import (
+    Interpolated,
+    arclengths_between,
+    interpolation_weights,
+)
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -66,8 +73,8 @@ TOLERANCE = SETTINGS.newton.tolerance
 
 UNFINISHED = "moved from neighboring parameter values as far as that is sure; the rest follows"
 
-CHANGES = {"PD": 1, "NS": 2, "LP": 1}
-"""Multipliers that cross the unit circle at each type of special point that is located."""
+LOCATED = ("PD", "NS", "LP")
+"""Types of special points that are located."""
 
 
 def moved_branches(
@@ -96,7 +103,7 @@ def _is_ordinary(branch: Branch) -> bool:
     return (
         branch.durations is None
         and branch.stuck_fraction is None
-        and all(item.type in CHANGES for item in branch.special)
+        and all(item.type in LOCATED for item in branch.special)
         and branch.started.kind == ("span" if branch.parent is None else "bifurcation")
         and branch.stopped.kind in ("span", "limit")
     )
@@ -118,7 +125,7 @@ def _moved(
         if not all(line.follow() for line in lines):
             return None
         locate_bifurcations(batch, [case], [branch for _, branch in pairs], span, TOLERANCE)
-        if case.failure or not all(line.is_same() for line in lines):
+        if case.failure or not all(line.is_distinct() for line in lines):
             return None
         for line in lines:
             complete(line.followed, case, None, TOLERANCE)
@@ -158,7 +165,6 @@ class _Line:
 
     def __init__(self, batch: OrbitBatch, known: Branch, branch: BatchedBranch) -> None:
         self._batch, self._known, self._branch = batch, known, branch
-        self._reached = 0.0  # arclength on the known branch
         self.followed: FollowedOrbits  # once it is followed
 
     def follow(self) -> bool:
@@ -189,16 +195,28 @@ class _Line:
             chosen = chosen[: self._until_limit(found.z[chosen])]
         if len(chosen) < (1 - MOVED.dropped) * len(guesses):
             return False
-        self._reached = float(places[chosen[-1]])
-        exact = self._batch.settled(some[chosen], found.z[chosen], rows[chosen], TOLERANCE)
+        exact = self._settled(found.z[chosen], rows[chosen])
+        for _ in range(ZERO.depth):
+            z, tangents, _, s = self._joined(exact)
+            unsure = np.flatnonzero(self._may_hide(exact))
+            if not len(unsure) or not exact.found.all():
+                break
+            near, middles = _nearest(s)[unsure], 0.5 * (s[unsure] + s[unsure + 1])
+            between = self._settled(*hermite_each(s[near], z[near], tangents[near], middles))
+            exact = exact.joined(between, unsure + 1 - self._departs)
         return bool(exact.found.all()) and self._bracket(exact)
 
-    def is_same(self) -> bool:
-        """Whether what was bracketed are bifurcations, none near another."""
-        found = self._branch.found
+    def _settled(self, z: Array, rows: Array) -> Converged:
+        """Return the orbits nearest guesses, NaN where they are far."""
+        found = self._batch.settled(np.zeros(len(z), dtype=int), z, rows, TOLERANCE)
+        found.z[lengths_of(found.z - z) > MOVED.close] = np.nan
+        return found
+
+    def is_distinct(self) -> bool:
+        """Whether no two special points are so near that they may merge."""
         nearest = MOVED.distinct * self._branch.steps[-1][2]
-        apart = np.diff([item.point.arclength for item in found]) > nearest
-        return len(found) == len(self._branch.brackets) and bool(apart.all())
+        apart = np.diff([item.point.arclength for item in self._branch.found])
+        return bool((apart > nearest).all())
 
     def _guesses(self) -> tuple[Array, Array]:
         """Return known orbits in order, special ones among them, and arclengths.
@@ -226,36 +244,57 @@ class _Line:
         kept = np.asarray((margins > 0).all(axis=1))
         return count if not limits or kept.all() else count - len(kept) + int(np.argmin(kept))
 
+    def _joined(self, orbits: Converged) -> tuple[Array, Array, Array, Array]:
+        """Return unknowns, tangents, test functions and arclengths, with the branch's first."""
+        z, tangents, tests, first = orbits.z, orbits.tangents, orbits.tests, self._branch.first
+        if first is not None:
+            z, tangents = np.vstack([first.z, z]), np.vstack([first.tangent, tangents])
+            tests = np.vstack([[first.tests[name] for name in TESTS], tests])
+        lengths = arcs(np.diff(z, axis=0), tangents[:-1], tangents[1:])[0]
+        return z, tangents, tests, np.concatenate([[0.0], np.cumsum(lengths)])
+
+    def _may_hide(self, orbits: Converged) -> Mask:
+        """Return between which orbits test functions may have zeros that no signs show.
+
+        In the first step from another branch there are none.
+        """
+        _, _, tests, s = self._joined(orbits)
+        near, ends = _nearest(s), (s[:-1], s[1:])
+        grid = arclengths_between(*ends)
+        weights = interpolation_weights(s[near], grid, ends, (0, 1))
+        between = Interpolated.from_values(weights @ tests[near], tests[near[:, :2]])
+        found = np.asarray(between.ambiguous.any(axis=1))
+        found[: self._departs] = False
+        return found
+
+    @property
+    def _departs(self) -> int:
+        """One if the branch begins on another one, else zero."""
+        return int(self._branch.first is not None)
+
     def _bracket(self, result: Converged) -> bool:
-        """Store the points, and bracket zeros between them; return whether they are those known.
+        """Store the points, and bracket zeros between them; return whether none may be hidden.
 
         What was a special point is near the zero, so that few more orbits are needed.
         """
-        branch, first = self._branch, self._branch.first
-        z, tangents, tests = result.z, result.tangents, result.tests
-        unstable = (np.abs(result.multipliers) > 1).sum(axis=1)
-        if first is not None:  # no test function changes sign there: it takes its neighbor's
-            z, tangents = np.vstack([first.z, z]), np.vstack([first.tangent, tangents])
-            tests = np.vstack([tests[:1], tests])
-            unstable = np.append(unstable[:1], unstable)
-        lengths = arcs(np.diff(z, axis=0), tangents[:-1], tangents[1:])[0]
-        s = np.concatenate([[0.0], np.cumsum(lengths)])
-        self.followed = FollowedOrbits(branch, result, s[-len(result.z) :])
+        branch, departs = self._branch, self._departs
+        z, tangents, tests, s = self._joined(result)
+        self.followed = FollowedOrbits(branch, result, s[departs:])
         branch.steps[:] = list(zip(z, tangents, s.tolist(), strict=True))
+        changed = (tests[:-1] > 0) != (tests[1:] > 0)
+        changed[:departs] = False
+        unstable = (np.abs(result.multipliers) > 1).sum(axis=1)
+        unstable = np.append(unstable[:departs], unstable)
         branch.stable = bool(unstable[0] == 0)
-        for kind, change in CHANGES.items():
-            values = tests[:, TESTS.index(kind)]
-            if _may_hide(s, values):
-                return False
-            for i in np.flatnonzero(values[:-1] * values[1:] < 0).tolist():
-                counts = int(unstable[i]), int(unstable[i + 1])
-                near = [i, i + 1, *range(max(i - 2, 0), i), *range(i + 2, min(i + 4, len(s)))]
-                parts = z[near], tangents[near], s[near], values[near], counts
-                if abs(counts[1] - counts[0]) == change:
-                    branch.brackets.append(Bracket(0, branch.orbits, kind, *parts))
-        branch.brackets.sort(key=lambda item: float(item.arclengths[:2].sum()))
-        expected = [item.type for item in self._known.special if item.arclength < self._reached]
-        return [item.kind for item in branch.brackets] == expected
+        kinds, explained = single_events(changed, np.abs(np.diff(unstable)))
+        if not explained.all() or self._may_hide(result).any():
+            return False
+        for i in np.flatnonzero(kinds >= 0).tolist():
+            near = [i, i + 1, *range(max(i - 2, 0), i), *range(i + 2, min(i + 4, len(s)))]
+            parts = z[near], tangents[near], s[near], tests[near, kinds[i]]
+            counts = int(unstable[i]), int(unstable[i + 1])
+            branch.brackets.append(Bracket(0, branch.orbits, TESTS[kinds[i]], *parts, counts))
+        return True
 
 
 def _thinned(s: Array, at_special: list[float]) -> list[int]:
@@ -300,10 +339,14 @@ def _is_coherent(z: Array, before: Array) -> bool:
     return bool((apart < MOVED.spread * longest + MOVED.close).all())
 
 
-def _may_hide(s: Array, values: Array) -> bool:
-    """Whether a test function seems to have two zeros between two orbits."""
-    near = np.clip(np.arange(len(s) - 1) - 1, 0, len(s) - 4)[:, None] + np.arange(4)
-    weights = polynomial_weights(s[near], np.linspace(s[:-1], s[1:], 10, axis=1)[:, 1:-1])
-    between = (weights @ values[near][..., None])[..., 0]
-    same = values[:-1] * values[1:] > 0
-    return bool((between[same] * values[:-1][same, None] < 0).any())
+def _nearest(s: Array) -> Indices:
+    """Return the numbers of both orbits of each interval, and of two others, the nearer one first.
+
+    Shapes: s (k,); returns (k - 1, 4).
+    """
+    first = np.arange(len(s) - 1)
+    window = np.clip(first - 1, 0, len(s) - 4)[:, None] + np.arange(4)
+    away = np.abs(s[window] - 0.5 * (s[:-1] + s[1:])[:, None])
+    near = np.take_along_axis(window, away.argsort(axis=1), axis=1)
+    near[:, :2] = np.column_stack([first, first + 1])
+    return near
