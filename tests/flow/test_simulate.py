@@ -190,6 +190,11 @@ def test_starts_at_which_rates_are_infinite_end_at_once():
     for model, start in ((plates, [1.0, 0.0]), (rubbing, [1e200, 0.0])):
         stopped = simulate(model, 5, start).stopped
         assert (stopped.kind, stopped.time) == ("singular", 0)
+    tank = sf.System(states={"h": "1 - sqrt(h)"})
+    stopped = simulate(tank, 5, [-1.0]).stopped
+    assert (
+        stopped.reason == "the rate of h has no value where the trajectory starts; start elsewhere"
+    )
 
 
 def test_singularity_without_a_limit_ends_the_run():

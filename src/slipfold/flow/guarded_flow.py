@@ -164,10 +164,18 @@ class GuardedFlow:
         return GuardStop(limit.name, reason, (done + phase) * self._constants.period)
 
     def _stop_at_start(self, state: Array, phase: float, before: int) -> GuardStop | None:
-        margins = self._margins(np.full(1, phase), state[None] / self._constants.scales)[0]
+        at = np.full(1, phase)
+        margins = self._margins(at, state[None] / self._constants.scales)[0]
         # An event occurs where the output crosses its bound, so none occurs if it starts below.
         (below,) = np.nonzero(~(margins > 0))
-        return self._limit_stop(int(below[0]), state, phase, before - phase) if len(below) else None
+        if len(below):
+            return self._limit_stop(int(below[0]), state, phase, before - phase)
+        (unknown,) = np.nonzero(~np.isfinite(self._flow.rates(state[None], at, self._constants)[0]))
+        if not len(unknown):
+            return None
+        name = self._model.states[int(unknown[0])].name
+        reason = f"the rate of {name} has no value where the trajectory starts; start elsewhere"
+        return GuardStop("singular", reason, before * self._constants.period)
 
     def _weights(self, state: Array) -> Array:
         """Return one over the scales of the monitored outputs, which limit the step length."""
