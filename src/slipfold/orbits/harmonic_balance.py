@@ -207,7 +207,7 @@ class _Equations:
         self.harmonics, self.duration = harmonics, duration
         self.converged, self.excess = False, 0.0
         self.orders = np.arange(1 - len(harmonics), len(harmonics))  # -H ... H
-        count = BALANCE.samples * len(harmonics)
+        count = 1 << int(np.ceil(np.log2(BALANCE.samples * len(harmonics))))
         phases, scales = np.arange(count) / count, model.state_scales()
         states = np.fft.irfft(_padded(harmonics, count), count, axis=0) * count
         rates, jacobians = evaluation_of(model).linear(model, states * scales, phases * period)
@@ -220,8 +220,10 @@ class _Equations:
         self.motions = _range(varying.transpose(2, 0, 1).reshape(n, -1), small).T  # (c, n)
         varying = self.inputs.T @ varying @ self.motions.T
         spectrum = np.fft.fft(varying, axis=0) / count
-        # Beyond the samples they go on as large: the errors of the others, and of exponents.
-        self.unresolved = float(np.abs(spectrum[count // 4 : count // 2]).max(initial=0.0))
+        # The mean has an error of the harmonic `count`: as a power of the order from these to it.
+        bands = np.split(np.abs(spectrum[: count // 2]), 8)
+        low, high = (bands[i].max(initial=0.0) for i in (3, 7))
+        self.unresolved = float(high * (high / max(low, 1e-300)))
         self.spectrum = spectrum[self.orders[:, None] - self.orders]  # (2 H + 1, 2 H + 1, b, c)
 
     @cached_property
