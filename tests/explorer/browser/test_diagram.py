@@ -315,9 +315,9 @@ def test_a_response_is_offered_where_there_is_none_and_a_bifurcation_where_nothi
         said = offer if answer["kind"] == "screen" else {"error": "the contact sticks for good"}
         return {"id": answer["id"], "kind": answer["kind"], "done": True, **said}
 
+    # Whatever is answered: a response that is only to be completed would stay.
     answers = new_tab.holding(
-        lambda answer: answer["kind"] in ("diagram", "screen") and answer["done"],
-        without_response,
+        lambda answer: answer["kind"] in ("diagram", "screen"), without_response
     )
     answers.is_on = True
     page = new_tab.page
