@@ -4,10 +4,16 @@ pytest.importorskip("fastapi", reason="the extra explore is not installed")
 
 from helpers.explorer_server import running_explorer
 
+FIRST = ("tests/explorer/browser/", "tests/interface/")
+
 
 def pytest_collection_modifyitems(items):
-    """These tests come first: other processes take from the end, and start no server or browser."""
-    items.sort(key=lambda item: not item.nodeid.startswith("tests/explorer/"))
+    """Tests of the page come first: one process drives a browser, for most of the run.
+
+    Behind them come hundreds that take no time, so that it gets little besides. Other tests of the
+    explorer start a server of their own, and may do so in another process.
+    """
+    items.sort(key=lambda item: [not item.nodeid.startswith(folder) for folder in FIRST])
 
 
 @pytest.fixture(scope="session")
