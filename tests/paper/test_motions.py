@@ -16,8 +16,8 @@ CURVE = Case("response", MODEL, ("Nd",), ((0.06, 0.16),))
 @pytest.fixture(scope="module")
 def small():
     """Hysteresis at 12.2 Hz and its curve completed, coarsely."""
-    swept = Case("sweep", MODEL, CURVE.vary, CURVE.spans, (6,), starts=1)
-    basins = [Case("basins", MODEL.replace(Nd=force), points=(12,)) for force in (0.08, 0.13)]
+    swept = Case("sweep", MODEL, CURVE.vary, ((0.06, 0.14),), (3,), starts=1)
+    basins = [Case("basins", MODEL.replace(Nd=force), points=(6,)) for force in (0.08, 0.13)]
     cases = (CURVE, swept, *basins)
     figures = (
         Figure("figure2_completed", "completed", cases=cases[:2]),
