@@ -31,7 +31,7 @@ from slipfold.bifurcations.branches.progress import branch_progress, searching
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over
 from slipfold.bifurcations.branches.stops import (
-    stop_at_limit,
+    Limits,
     stop_in_family,
     stop_undetermined,
     stop_unresolved,
@@ -170,7 +170,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             monitors.append(partial(meets_image, stop=stop))
         if not departs:  # a branch that starts at a branch point closes there
             monitors.append(Returns(orbits, CLOSED))
-        monitors.append(stop_at_limit)
+        monitors.append(Limits(orbits))
         monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
         if orbits.model.forced:
             monitors.append(stop_undetermined)
