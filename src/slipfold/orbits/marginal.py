@@ -124,7 +124,7 @@ def _grazings(
             yield from _minima(margin, begin, before.begin, until, kind)
 
 
-def _stops(
+def near_stops(
     flow: HybridFlow, passed: Passed, constants: Constants, kind: str | None
 ) -> Iterator[Near]:
     """Yield stops after which contacts slip back, or stick, with how near friction is to its limit.
@@ -192,7 +192,7 @@ class MarginalShooting(SwitchedShooting):
         begin, start = float(by.start[0]), nodes[0]
         passed = by.passed(start, begin, begin + 2 * by.period, constants)
         if kind not in GRAZED:
-            found = _stops(by.switched, passed, constants, kind)
+            found = near_stops(by.switched, passed, constants, kind)
         else:
             if isinstance(by, MarginalShooting) and passed:
                 # Its own window is no room to judge by: a narrower one would follow, and so on.
@@ -224,7 +224,7 @@ class MarginalShooting(SwitchedShooting):
         found = list[tuple[float, MarginalShooting]]()
         if isinstance(by, MarginalShooting) and kind is not None:
             found.append((0.0, by))
-        stops = _stops(by.switched, passed, constants, kind)
+        stops = near_stops(by.switched, passed, constants, kind)
         for near, met in sorted(stops, key=lambda item: item[0]):
             gaps = [abs((met.phase - other.met.phase) / period) for _, other in found]
             if all(abs(gap - round(gap)) * period > WINDOW.short for gap in gaps):

@@ -10,6 +10,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.bifurcations.branches.passed_pieces import passed_piece
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import arc_between
 from slipfold.continuation.locate import LostCurveError
@@ -128,9 +129,21 @@ RELEASED = (
 def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
     """End a smooth piece of a branch where its orbits begin to pass through other modes.
 
-    It ends with the last orbit that has the modes of the piece, and the first with others.
+    It ends with the last orbit that has the modes of the piece, and the first with others. Pieces
+    that begin and end within the step are looked for on the way there.
     """
-    curve, before, after = interval.traced.curve, interval.before, interval.point
+    while True:
+        result = _end_of_piece(interval)
+        last = interval.point if result.stop is None else result.stop.point
+        passed = passed_piece(interval.traced.curve, interval.history, interval.before, last)
+        if passed is None:
+            return result
+        interval.cut(passed)
+
+
+def _end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """Return where the piece ends between the last two known points, if it ends there."""
+    curve, (before, after) = interval.traced.curve, interval.history[-2:]
     grazing = _grazing(interval)
     if grazing is not None:
         return grazing
@@ -223,7 +236,7 @@ def _lost(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | Non
     curve = interval.traced.curve
     if not curve.orbits.by.slips_in_planes:
         return None
-    last = locate_loss(curve, interval.history, interval.before, interval.point)
+    last = locate_loss(curve, interval.history, *interval.history[-2:])
     left = None if last is None else last.curve.orbits.grazing_margin(last)
     if last is None or (left is not None and left < BORDER.near):  # it vanishes: nearer it is seen
         return None
@@ -239,7 +252,7 @@ def _lost(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | Non
 
 def _grazing(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
     """Return where slip in the plane begins or ceases to graze, if that is near."""
-    orbits, before, after = interval.traced.curve, interval.before, interval.point
+    orbits, (before, after) = interval.traced.curve, interval.history[-2:]
     if not isinstance(orbits, Orbits) or not orbits.by.slips_in_planes:
         return None
     start, ahead = before, 2 * (after.arclength - before.arclength)

@@ -1,0 +1,86 @@
+"""Two changes of contacts between which a piece of a branch is shorter than a step."""
+
+import math
+
+import pytest
+
+import slipfold as sf
+from helpers.dry_friction import most_load
+
+MU = 0.2
+
+
+def _system(rate: float, changing: str, states: dict, contacts: dict) -> sf.System:
+    """A system in which the formula Q of p passes a critical value where p is the root of q."""
+    return sf.System(
+        parameters={"p": -0.7, "q": 1e-4, "c": 0.5},
+        formulas={"Q": f"{changing}*(1 + c*(p*p - q))", "A": f"cos({rate}*t)"},
+        states=states,
+        contacts={
+            name: {"slip": slip, "normal": normal, "friction": {"law": "Coulomb", "mu_k": MU}}
+            for name, (slip, normal) in contacts.items()
+        },
+        forcing={"period": f"2*pi/{rate}"},
+    )
+
+
+def grazing() -> sf.System:
+    """Steady slip of a mass on a belt stops where its velocity is that of the belt."""
+    rate = 1.1
+    force = abs(1 - rate**2 + 0.2j * rate) / rate
+    return _system(
+        rate, f"{force!r}", {"x": "v", "v": "Q*A - x - 0.2*v + R"}, {"R": ("1 - v", "1")}
+    )
+
+
+def sticking() -> sf.System:
+    """Den Hartog's orbit begins to stick where it turns."""
+    most = float(most_load(0.6 / (2 * math.pi), MU))
+    return _system(0.6, f"{most!r}", {"x": "v", "v": "A - x + R"}, {"R": ("-v", "Q")})
+
+
+def lifting() -> sf.System:
+    """A mass on a belt swings linearly across it, with 4 y off its load."""
+    swing, rate = 0.5 / (4 * 5), 1.3
+    force = swing * abs(5 - rate**2 + 0.1j * rate)
+    states = {"x": "v", "v": "R - x - 0.1*v", "y": "w", "w": "Q*A - y - 0.1*w + R_normal"}
+    return _system(rate, f"{force!r}", states, {"R": ("0.3 - v", "0.5 - 4*y")})
+
+
+def meeting() -> sf.System:
+    """Two masses that a damper couples stop one after the other, and at once under equal loads."""
+    states = {"x": "v", "v": "A - x + 0.05*(w - v) + R"}
+    states |= {"y": "w", "w": "A - y + 0.05*(v - w) + S"}
+    return _system(0.6, "2.9", states, {"R": ("-v", "2.9"), "S": ("-w", "Q")})
+
+
+@pytest.mark.parametrize("largest", [pytest.param(0.05, marks=pytest.mark.long), 1.0])
+@pytest.mark.parametrize(
+    ("type", "make", "apart", "c"),
+    [
+        *(("GRAZE", grazing, apart, c) for apart in (1e-2, 1e-5) for c in (-0.5, 0.5)),
+        *(("STICK", sticking, apart, c) for apart in (1e-2, 1e-4) for c in (-0.5, 0.5)),
+        *(("LIFT", lifting, *rest) for rest in ((1e-2, -0.5), (1e-2, 0.5), (1e-5, 0.5))),
+        *(("MEET", meeting, 1e-2, c) for c in (-0.1, 0.1)),
+    ],
+)
+def test_both_changes_are_found_at_any_step(type, make, apart, c, largest):
+    model = make().replace(c=c, q=apart**2)
+    settings = sf.Settings(largest_period=1, steps=sf.Steps(largest=largest))
+    (branch,) = sf.response(sf.periodic_orbit(model), "p", (-0.7, 0.7), settings=settings).branches
+    assert branch.stopped.kind == "span"
+    found = [item.value for item in branch.special if item.type == type]
+    found = [value for value in found if abs(value) < 2 * apart]
+    # Changes are resolved to 1e-11: a margin c (p^2 - q) with that error has another root
+    assert found == pytest.approx([-apart, apart], abs=1e-11 / (2 * abs(c) * apart))
+
+
+@pytest.mark.parametrize("make", [grazing, sticking, lifting, meeting])
+def test_orbits_that_only_come_near_a_change_do_not_make_it(make):
+    for gap in (1e-3, 1e-9):
+        model = make().replace(c=0.1, q=-gap, p=-0.2)
+        orbit = sf.periodic_orbit(model)
+        (branch,) = sf.response(
+            orbit, "p", (-0.2, 0.25), settings=sf.Settings(largest_period=1)
+        ).branches
+        assert (branch.stopped.kind, len(branch.special)) == ("span", 0)
