@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -77,12 +77,11 @@ def _of_system(model: Model, law: FrictionLaw | None = None) -> dict[str, list[R
     contacts: list[Row] = []
     for name, table in definition.contacts.items():
         slips = [_pretty(part, symbols) for part in table.slip]
-        forces = [_pretty(force, symbols) for force in table.forces(name)]
+        force = ", ".join(_pretty(force, symbols) for force in table.forces(name))
         own = law or table.friction.law
         formulas = table.friction.formulas.items()
         named = _symbols(law) if law else {key: _pretty(text, symbols) for key, text in formulas}
-        for force, slip in zip(forces, slips, strict=True):
-            contacts += _force(own, named, force, slip, f"in {name}")
+        contacts += _force(own, named, force, slips, f"in {name}")
         contacts.append(["N", _pretty(table.normal, symbols), f"normal force of {name}"])
         contacts += _coefficient(own, named)
     period = definition.period
@@ -184,7 +183,7 @@ def _component(component: Component, name: str, symbols: Mapping[str, str]) -> I
             f"{part} − {one}′" if one.isidentifier() else f"{part} − ({one})′"
             for part, one in zip(of, along, strict=True)
         ]
-        yield from _force(component.law, own, name, ", ".join(slips), f"along {', '.join(along)}")
+        yield from _force(component.law, own, name, slips, f"along {', '.join(along)}")
         yield ["N", _load(component.load, own), f"normal force of {name}"]
         yield from _coefficient(component.law, own)
     elif isinstance(component, HarmonicForce):
@@ -210,10 +209,14 @@ def _call(part: Any, own: Mapping[str, str]) -> str:
 
 
 def _force(
-    law: FrictionLaw, named: Mapping[str, str], force: str, slip: str, of: str
+    law: FrictionLaw, named: Mapping[str, str], force: str, slips: Sequence[str], of: str
 ) -> Iterator[Row]:
-    """Yield a friction force, and how its memory changes if the law has one."""
+    """Yield a friction force, and how its memory changes if the law has one.
+
+    In the plane force and slip are vectors.
+    """
     kind, named = type(law), {**named, "v": "s"}
+    slip = slips[0] if len(slips) == 1 else f"({', '.join(slips)})"
     if law.memory(1):
         yield [force, f"{_said(kind.forces, named)}, s = {slip}", f"friction {of}"]
         yield ["z′", _said(kind.memory_rates, named), f"memory of {force}"]
