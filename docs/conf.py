@@ -1,4 +1,4 @@
-"""Sphinx configuration; the build reads nothing from the network."""
+"""Sphinx configuration; neither the build nor its pages read anything from the network."""
 
 import sys
 from importlib.metadata import version as installed_version
@@ -21,6 +21,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinx_gallery.gen_gallery",
+    "sphinx-mathjax-offline",
 ]
 exclude_patterns = ["_build", "gallery", "figures"]
 
