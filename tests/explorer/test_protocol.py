@@ -137,6 +137,10 @@ def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
     for column in [*answer["states"].values(), *answer["outputs"].values()]:
         assert column[0] == pytest.approx(column[-1])
     assert answer["mechanism"] == {"kind": "sliding"}
+    # Where a branch is shorter than on the page, no other orbit takes the place of the one beyond.
+    beyond = {"branch": 1, "arclength": 1e3, "value": 0.9}
+    error = client.ask({**ORBIT, "at": beyond})["error"]
+    assert error.startswith("branch 1 was followed to Nd = 0.375947 here, not to 0.9")
 
 
 def test_an_orbit_near_a_state_is_found(client):

@@ -250,7 +250,14 @@ class Answering:
             raise InputError(
                 f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
             )
-        return orbit_between(branches[at.branch - 1], at.arclength, at.value)
+        orbit = orbit_between(branches[at.branch - 1], at.arclength, at.value)
+        found, (low, high) = orbit.model.values[request.vary], sorted(request.span)
+        if at.value is not None and abs(found - at.value) > PAGE.apart * (high - low):
+            raise InputError(
+                f"branch {at.branch} was followed to {request.vary} = {found:.6g} here, not to "
+                f"{at.value:.6g}, since it takes long; choose a point that is nearer"
+            )
+        return orbit
 
     def _plane(
         self, request: PlaneRequest, check: Check, observer: Observer | None = None
