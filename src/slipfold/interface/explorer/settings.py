@@ -21,7 +21,7 @@ class PAGE:
     filling: float = 5.0
     following: float = 20.0  # seconds of a processor for the branches of the response
     loci: float = 60.0  # seconds of a processor for a bifurcation set, drawn as it grows
-    # Difference of an orbit's value from the requested one, in spans, that rounding near a fold makes
+    # Difference of an orbit's value from the requested one, in spans; rounding at folds makes less
     apart: float = 1e-3
     diagrams: int = 16  # diagrams stored, each below a megabyte
     solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states
