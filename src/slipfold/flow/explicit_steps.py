@@ -251,8 +251,7 @@ class LinearizedSteps:
         (rows, own), size = known.shape, n * (n + 2)
         bounds = own + size + 2
         work = np.zeros((bounds + 3 * watched + 2, rows))
-        work[:own] = known.T
-        work[own : own + n] = states.T
+        work[:own], work[own : own + n] = known.T, states.T
         derivatives = work[own + n : own + size].reshape(n, n + 1, rows)
         derivatives[np.arange(n), np.arange(n)] = 1.0
         work[own + size] = start
@@ -285,11 +284,10 @@ class LinearizedSteps:
         moving, phase, end = work[own : known - 2], work[own + size], work[known - 2]
         result = np.empty_like(moving)
         enough = len(lanes) // 2 if len(lanes) > REGISTERS else 0
-        before, after, both = work[: own + size + 2], work[known:], work[own:]
         most = left[rows].min()
         for taken in count(1):
-            self.step(before, outputs=after)
-            self.control(both, outputs=result)
+            self.step(work[: own + size + 2], outputs=work[known:])
+            self.control(work[own:], outputs=result)
             moving[:] = result
             if taken == most or np.count_nonzero(phase < end) <= enough:
                 break

@@ -171,10 +171,12 @@ class StudyRun:
 
     def run(self, retry_failed: bool) -> None:
         """Keep as many tasks running as the executor takes; raise KeyboardInterrupt if stopped."""
-        minimum = self._plan.work.side_by_side if self._together else 1
-        self._groups = Groups(self._store.missing(failed=retry_failed), minimum)
         again = self._store.failures if retry_failed else 0
         self._wanted = self._store.total - self._store.done + again
+        least, most = self._plan.work.side_by_side if self._together else (1, 1)
+        share = self._wanted // max(self._executor.slots(), 1)
+        missing = self._store.missing(failed=retry_failed)
+        self._groups = Groups(missing, min(max(least, share), most))
         try:
             self._report()
             while self._send():

@@ -68,8 +68,8 @@ class Work(BaseModel):
     together_from: ClassVar[int] = 1
     """Minimum number of cases of a study for which they are batched as far as possible."""
 
-    side_by_side: ClassVar[int] = 1
-    """Minimum number of cases of a batch: of fewer each takes longer."""
+    side_by_side: ClassVar[tuple[int, int]] = 1, 1
+    """Minimum number of cases of a batch, and that of a study which keeps all processes busy."""
 
     what: str
 
@@ -183,7 +183,7 @@ class ResponseWork(LossWork):
     """All branches of the response: their first loss of stability and all special points."""
 
     together_from: ClassVar[int] = BATCH.minimum_size
-    side_by_side: ClassVar[int] = BATCH.size
+    side_by_side: ClassVar[tuple[int, int]] = BATCH.sizes
 
     what: Literal["response"]
     largest_period: int = Field(Settings().largest_period, ge=1)

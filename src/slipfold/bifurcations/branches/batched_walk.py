@@ -76,8 +76,8 @@ class BATCH:
     # Minimum number of cases for a batch: four are as quick individually, and compiling takes
     # seconds
     minimum_size: int = 16
-    # Number of cases of a batch: in one of 16 each takes twice as long, in one of 128 four fifths
-    size: int = 64
+    # Cases of a batch, in a small study and a large one: each takes a sixth longer in one of 64
+    sizes: tuple[int, int] = 64, 128
 
 
 PD, FOLD, NS, LP = range(len(TESTS))
