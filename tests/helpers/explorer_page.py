@@ -164,6 +164,7 @@ class ExplorerPage:
             "(selector) => document.querySelector(selector)?.ariaBusy === 'false'"
             " && document.querySelector('#page').ariaBusy !== 'true'",
             arg=DIAGRAM,
+            polling=50,  # at every frame it takes a twentieth of a processor
         )
         return self
 
@@ -176,6 +177,7 @@ class ExplorerPage:
             "([selector, before]) => { const plot = document.querySelector(selector);"
             " return plot.dataset.drawn !== before && plot.ariaBusy === 'false'; }",
             arg=[DIAGRAM, before],
+            polling=50,
         )
 
     @property
