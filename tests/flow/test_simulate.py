@@ -190,7 +190,8 @@ def test_starts_at_which_rates_are_infinite_end_at_once():
     for model, start in ((plates, [1.0, 0.0]), (rubbing, [1e200, 0.0])):
         stopped = simulate(model, 5, start).stopped
         assert (stopped.kind, stopped.time) == ("singular", 0)
-    tank = sf.System(states={"h": "1 - sqrt(h)"})
+    tank = sf.System(parameters={"W": 1}, forcing={"period": "2*pi/W"}, states={"h": "1 - sqrt(h)"})
+    assert simulate(tank, 5).stopped.reason.endswith("in forcing period 1; start elsewhere")
     stopped = simulate(tank, 5, [-1.0]).stopped
     assert (
         stopped.reason == "the rate of h has no value where the trajectory starts; start elsewhere"

@@ -147,7 +147,8 @@ class GuardedFlow:
         if forced:
             where += f", in forcing period {math.ceil(done) + periods + 1}"
         if steps is None:
-            advice = "start nearer to rest or lower the forcing" if forced else "start elsewhere"
+            away = forced and time > 0  # at its start it is the start that has no derivative
+            advice = "start nearer to rest or lower the forcing" if away else "start elsewhere"
             return GuardStop("singular", f"the trajectory became singular {where}; {advice}", time)
         piece = "a forcing period" if forced else f"{period:g} s"
         reason = (

@@ -142,7 +142,9 @@ def periodic_orbit(
         try:
             orbit = search.through_stick(near)
         except InputError:
-            return search.smooth(near)
+            with suppress(InputError):
+                return search.smooth(near)
+            raise
         return search.in_slip(orbit)
     guess = near
     if near is not None or period > 1:  # else the linear response is the guess
