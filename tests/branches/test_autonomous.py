@@ -208,3 +208,11 @@ def test_a_block_without_damping_on_a_slow_belt_has_no_hopf_point(span):
     belt = sf.FrictionContact("tip", sf.Coulomb(mu_k=0.3), load="5 N", Vd="2 m/s")
     block = sf.Structure([[0.05]], [[0.0]], [[2000.0]], names=("tip",), contacts=belt)
     assert sf.response(block, "Vd", span).branches[0].special == ()
+
+
+def test_a_hopf_point_beside_a_fast_decay_is_found_within_a_short_span():
+    fast = {"x": "v", "v": "mu*v - x - x^2*v + 0.1*(z - x)", "z": "-1e11*(z - x)"}
+    system = sf.System(parameters={"mu": 0}, states=fast)
+    (hopf,) = sf.response(system, "mu", (-1e-3, 1e-3)).branches[0].special
+    assert hopf.type == "HB"
+    assert abs(hopf.value) < 1e-4  # rounding of the fast rates is 1e-5 of the slow ones

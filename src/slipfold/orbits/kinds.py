@@ -287,10 +287,13 @@ class Equilibria(Orbits):
         return self.by.jacobian(self.nodes(z), self.constants(z))
 
     def rounding(self, z: Array) -> float:
-        """Return the norm of what rounding may change the Jacobian by."""
+        """Return what rounding of the Jacobian does to the pair of eigenvalues nearest critical."""
         at = self.nodes(z), self.by.start, self.constants(z)
-        change = rounded_jacobians(self.flow, *at, self.flow.jacobians(*at))
-        return float(np.linalg.norm(change * self.by.ratios))
+        jacobians = self.flow.jacobians(*at)
+        change = rounded_jacobians(self.flow, *at, jacobians) * self.by.ratios
+        values, right = np.linalg.eig(jacobians[0] * self.by.ratios)
+        left, nearest = np.linalg.pinv(right), int(np.abs(values.real).argmin())
+        return float(2 * np.abs(left[nearest]) @ change @ np.abs(right[:, nearest]))
 
     def multipliers(self, point: OrbitPoint) -> Complex:
         """Return the multipliers that results list, shape (n,)."""
