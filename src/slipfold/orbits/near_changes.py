@@ -95,17 +95,19 @@ def _touched(
         count = int(SAMPLES * (part.end - part.begin)) + 3
         phases = np.linspace(part.begin, part.end, count)
         states = flow.of(mode).along(start[None], phases[None], constants)[0]
-        for event in flow.mode(mode).events:
-            if event.ending in (Ending.SLOWS, Ending.LIMIT):
+        events = [event for event in flow.mode(mode).events if not event.scaled]
+        table = flow.mode(mode).slopes_of(events[0])[0].values(states, phases, constants)
+        for event, values in zip(events, table.T, strict=True):
+            if event.ending is Ending.LIMIT:
                 continue
-            margin = EventMargin(flow, mode, event, constants)
-            values = margin.values(states, phases)
+            values = -values if event.rising else values
             size, steps = float(np.abs(values).max()), np.diff(values)
             what = event.which, event.ending, event.towards, mode[event.which]
             for at in (np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1).tolist():
                 bend = steps[at] - steps[at - 1]
                 value = float(values[at] - (steps[at] + steps[at - 1]) ** 2 / (8 * bend))
                 if value < EXACT * size:
+                    margin = EventMargin(flow, mode, event, constants)
                     sampled = Least(value, margin, 0, start, float(phases[at]))
                     value = least_near(sampled, phases, at).value
                 yield what, float(phases[at]), value / size
