@@ -100,7 +100,17 @@ def _doubtful_arclength(known: Sequence[OrbitPoint], a: OrbitPoint, b: OrbitPoin
         _rates(point, items, values, beside) * length
         for point, values, beside in ((a, first, BESIDE), (b, last, -BESIDE))
     )
-    zero = _Between(first, rising, last, falling, before, place).zero()
+    # Where slopes do not lead from one to the other, these are of two changes, each known alone
+    two = np.abs(last - first - (rising + falling) / 2) > 2 * (np.abs(rising) + np.abs(falling))
+    none, alone = np.full(np.count_nonzero(two), np.nan), np.where(two, np.nan, last)
+    zero = _Between(
+        np.append(first, none),
+        np.append(rising, none),
+        np.append(alone, last[two]),
+        np.append(np.where(two, np.nan, falling), falling[two]),
+        np.append(before, none),
+        place,
+    ).zero()
     return None if zero is None else a.arclength + zero * length
 
 
