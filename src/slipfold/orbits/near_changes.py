@@ -90,12 +90,12 @@ def _touched(
     flow = by.switched
     for part, _ in passed:
         start, state, mode = state, part.state, part.reported_mode
-        if part.released or Status.SLOW in part.mode or not part.end > part.begin:
+        events = [event for event in flow.mode(mode).events if not event.scaled]
+        if not events or part.released or Status.SLOW in part.mode or part.end <= part.begin:
             continue
         count = int(SAMPLES * (part.end - part.begin)) + 3
         phases = np.linspace(part.begin, part.end, count)
         states = flow.of(mode).along(start[None], phases[None], constants)[0]
-        events = [event for event in flow.mode(mode).events if not event.scaled]
         table = flow.mode(mode).slopes_of(events[0])[0].values(states, phases, constants)
         for event, values in zip(events, table.T, strict=True):
             if event.ending is Ending.LIMIT:
