@@ -213,8 +213,11 @@ def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
     done = 0
     for count, (fixed, vary) in zip(counts, (plane.names, plane.names[::-1]), strict=True):
         across = plane.span(fixed)
-        # Lines at the edges of the window meet loci that are tangent to them.
-        for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
+        middle = sum(across) / 2
+        # Lines at the edges of the window meet loci that are tangent to them. They come last: at
+        # the lowest frequencies orbits are the stiffest.
+        values = np.linspace(*across, count) if count > 1 else [middle]
+        for value in sorted(values, key=lambda each: abs(each - middle)):
 
             def report(
                 progress: Progress, value: float = float(value), vary: str = vary, done: int = done
