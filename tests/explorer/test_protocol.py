@@ -137,10 +137,17 @@ def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
     for column in [*answer["states"].values(), *answer["outputs"].values()]:
         assert column[0] == pytest.approx(column[-1])
     assert answer["mechanism"] == {"kind": "sliding"}
-    # Where a branch is shorter than on the page, no other orbit takes the place of the one beyond.
-    beyond = {"branch": 1, "arclength": 1e3, "value": 0.9}
-    error = client.ask({**ORBIT, "at": beyond})["error"]
-    assert error.startswith("branch 1 was followed to Nd = 0.375947 here, not to 0.9")
+
+
+def test_no_orbit_elsewhere_takes_the_place_of_the_requested_one(monkeypatch):
+    monkeypatch.setattr(PAGE, "filling", 0.0)
+    long, seconds = "here, not to 0.9, since it takes long", "OrbitRequest.seconds"
+    has, ends = "has Nd = 0.0", "ends at Nd = 0.375947, not at 0.9"
+    for limit, place, why in (math.inf, 0.1, has), (math.inf, 1e3, ends), (0.0, 1e3, long):
+        monkeypatch.setattr(f"slipfold.interface.explorer.messages.{seconds}", limit)
+        at = {"branch": 1, "arclength": place, "value": 0.9}
+        *_, answer = answers_to({**ORBIT, "at": at}, Answering(Catalogue()))
+        assert why in answer["error"]
 
 
 def test_an_orbit_near_a_state_is_found(client):

@@ -9,6 +9,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any, cast
 
+from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.moved import moved_branches
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.computations.loci import bifurcation_set
@@ -250,13 +251,11 @@ class Answering:
             raise InputError(
                 f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
             )
-        orbit = orbit_between(branches[at.branch - 1], at.arclength, at.value)
+        branch = branches[at.branch - 1]
+        orbit = orbit_between(branch, at.arclength, at.value)
         found, (low, high) = orbit.model.values[request.vary], sorted(request.span)
         if at.value is not None and abs(found - at.value) > PAGE.apart * (high - low):
-            raise InputError(
-                f"branch {at.branch} was followed to {request.vary} = {found:.6g} here, not to "
-                f"{at.value:.6g}, since it takes long; choose a point that is nearer"
-            )
+            raise InputError(_elsewhere(branch, at, found))
         return orbit
 
     def _plane(
@@ -299,6 +298,19 @@ def _checking(check: Check, observer: Observer | None) -> Observer:
             observer(progress)
 
     return watch
+
+
+def _elsewhere(branch: Branch, at: OnBranch, found: float) -> str:
+    """Return why the orbit at a place of a branch has not the requested value."""
+    is_before, is_beyond = at.arclength < branch.arclength[0], at.arclength > branch.arclength[-1]
+    name, place, other = f"branch {branch.id}", f"{branch.vary} = {found:.6g}", f"{at.value:.6g}"
+    if is_beyond and branch.stopped.kind == "interrupted":
+        why = f"{name} was followed to {place} here, not to {other}, since it takes long"
+    elif is_before or is_beyond:
+        why = f"{name} {'begins' if is_before else 'ends'} at {place}, not at {other}"
+    else:
+        why = f"the orbit there on {name} has {place}, not {other}"
+    return f"{why}; choose a point that is nearer"
 
 
 def _further(model: Model, vary: str, start: FurtherStart) -> PeriodicOrbit | dict[str, float]:
