@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from slipfold.flow.scales import measured
 from slipfold.models.registry import model_named
 
 FOLDS = [1.269601955546, 1.115700251771]
@@ -58,6 +60,27 @@ def test_a_tank_is_followed_though_an_empty_one_has_no_derivative():
     orbit = sf.periodic_orbit(tank, state=sf.simulate(tank, 40, {"h": 1}).states[-1])
     assert orbit.state == pytest.approx(branch.states[0], abs=1e-9)
     assert np.sqrt(orbit.sample(64)[1]).mean() == pytest.approx(1, abs=1e-9)  # inflow is outflow
+
+
+def test_a_trajectory_that_runs_away_is_not_the_size_of_a_motion():
+    soft, weak = (
+        sf.System(
+            parameters={"F": force}, forcing={"period": "2*pi"},
+            states={"x": "v", "v": f"-0.2*v - x + {bent} + F*cos(t)"},
+        )
+        for force, bent in ((0.1, "2*x^3/(1 + x^2)"), (1, "0.3 - 2*x*tanh(10*x)"))
+    )  # fmt: skip
+    sizes = (
+        measured(model, start=at) for model, at in ((soft, np.array([2.0, 0.0])), (weak, None))
+    )
+    assert max(item.state_scales().max() for item in sizes) <= 1
+    orbit = sf.periodic_orbit(soft, state=[2, 0])
+    end = solve_ivp(
+        lambda t, y: [y[1], np.cos(t) / 10 - y[1] / 5 - y[0] + 2 * y[0] ** 3 / (1 + y[0] ** 2)],
+        (0, 2 * np.pi), orbit.state, rtol=1e-10, atol=1e-12,
+    ).y[:, -1]  # fmt: skip
+    assert end == pytest.approx(orbit.state, abs=1e-8)
+    assert (orbit.model.state_scales() == measured(soft).state_scales()).all()
 
 
 def test_a_branch_is_followed_in_both_directions_from_inside_the_span():

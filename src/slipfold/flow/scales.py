@@ -218,18 +218,23 @@ def measured_within(
     return model.with_scales(measured(first, rest, motion=trajectory).estimated_scales)
 
 
+def has_slopes(model: Model, start: Array) -> bool:
+    """Whether the rates have finite derivatives at a state, shape (n_states,)."""
+    flow = flow_of(model)
+    jacobians = flow.jacobians(start[None], np.zeros(1), flow.constants(model.vector))
+    return bool(np.isfinite(jacobians).all())
+
+
 def _differentiable(model: Model, start: Array) -> Flow:
     """Return a flow with derivatives at the start: dry contacts at rest have some in slip only.
 
     Shapes: start (n_states,).
     """
-    flow = flow_of(model)
-    at = start[None], np.zeros(1), flow.constants(model.vector)
-    if np.isfinite(flow.jacobians(*at)).all() or not contacts_of(model):
-        return flow
+    if has_slopes(model, start) or not contacts_of(model):
+        return flow_of(model)
     switched = hybrid_flow_of(model)
     slips = (Status.FORTH,) * len(switched.contacts)
-    return flow if switched.planar else switched.of(slips)
+    return flow_of(model) if switched.planar else switched.of(slips)
 
 
 @dataclass(frozen=True, eq=False)
@@ -448,6 +453,9 @@ class _View:
         reached = np.ptp(states.reshape(SCALES.periods, SCALES.samples, -1), axis=1) / 2
         whole = reached[np.isfinite(reached).all(axis=1)]
         if len(whole):
+            sizes = (whole / self.ratios).max(axis=1)
+            if sizes[-1] > max(SCALES.apart * sizes[0], 2 * sizes[-2:][0]):  # it runs away
+                return np.fmax(self.expected, whole[0] * (sizes[0] / sizes[1]))
             return np.asarray(np.median(whole, axis=0))
         part = states[np.isfinite(states).all(axis=1)]
         return np.ptp(part, axis=0) / 2 if len(part) > 1 else self.expected

@@ -17,7 +17,7 @@ from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
 from slipfold.flow.modes import contacts_of
-from slipfold.flow.scales import measured
+from slipfold.flow.scales import has_slopes, measured
 from slipfold.flow.simulate import HybridIntegration, initial_state, reaches_stick_limit, simulate
 from slipfold.models.angles import distances, wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
@@ -119,7 +119,9 @@ def periodic_orbit(
         )
     given = None if state is None else initial_state(model, state)
     on_wall = not may_slip(model)
-    model = model if on_wall else measured(model, start=given)
+    if not on_wall:  # a given state may be far from any orbit
+        known = contacts_of(model) or has_slopes(model, model.start)
+        model = measured(model, start=None if known else given)
     if model.forced and duration is not None:
         raise InputError(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
