@@ -177,6 +177,23 @@ def test_rounding_of_rigid_body_modes_is_no_stiffness_and_no_error(count, reduct
     )
 
 
+def test_no_error_is_known_where_a_matrix_has_no_finite_value():
+    mass, stiffness = chain(30)
+    grounded = sparse.diags_array(np.eye(30)[15])
+
+    def reduced(**more):
+        return sf.Structure(
+            mass, DAMPING, {1: stiffness, "1/s": grounded}, variables=sf.Parameter("s", 0.0),
+            elements=sf.CubicSpring("q30", k3=1.0), reduction=sf.FreeInterface(up_to=1.5, **more),
+        )  # fmt: skip
+
+    words = "'1/s' multiplies a matrix and has no finite value at s = 0, where the error"
+    for asked in (lambda: reduced(accuracy=1e-2), lambda: reduced().reduction_report):
+        with pytest.raises(InputError, match=words):
+            asked()
+    assert reduced().replace(s=1.0).reduction_report.receptance_error > 0
+
+
 def test_rounding_of_a_fine_beam_is_stated():
     m, k = lumped_beam(400)
     model = sf.Structure(m[2:, 2:], None, k[2:, 2:], reduction=sf.ModalReduction(modes=2))

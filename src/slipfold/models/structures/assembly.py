@@ -38,6 +38,7 @@ from slipfold.models.structures.matrices import (
     Matrix,
     factor_names,
     factor_value,
+    finite_factor,
     frequencies_of,
     is_diagonal,
     lowest_modes,
@@ -146,7 +147,8 @@ class Assembly:
         held = [part.array() for part in item.H.parts] if item.H else []
         parts = [part.array() for part in (*rates, *item.K.parts[1:], *item.M.parts[1:])]
         full.couples = [*parts, *held, *(part.T for part in held)]
-        full.coupling = self._coupling({one.name: one.default for one in self.parameters})
+        if item.reduction.accuracy is not None or not self.factors:
+            full.coupling = self._coupling({one.name: one.default for one in self.parameters})
         return item.reduction._apply(full, item.names)
 
     def _coupling(self, values: Mapping[str, float]) -> Coupling | None:
@@ -157,7 +159,7 @@ class Assembly:
         for whole, added in ((rates, ()), (held, (item.K,)), ((), (item.M,))):
             parts = [one.array() for one in whole if len(one.entries)]
             terms = [pair for one in (*whole, *added) for pair in one.terms]
-            parts += [factor_value(text, values) * one.array() for text, one in terms]
+            parts += [finite_factor(text, values) * one.array() for text, one in terms]
             found.append(parts)
         if not any(found):
             return None

@@ -17,6 +17,7 @@ from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.quantities import Expression
 from slipfold.models.structures.matrix_files import read_matrix
+from slipfold.text import listed
 
 
 class MATRICES:
@@ -283,6 +284,18 @@ def factor_value(text: str, values: Mapping[str, Expression]) -> Expression:
     from slipfold.models.formulas.values import value_of
 
     return value_of(parse_formula(text), {**CONSTANTS, **values})
+
+
+def finite_factor(text: str, values: Mapping[str, float]) -> float:
+    """Return the value of a formula that multiplies a matrix; raise where it has no finite one."""
+    value = float(factor_value(text, values))
+    if not np.isfinite(value):
+        places = listed([f"{name} = {values[name]:g}" for name in factor_names(text)])
+        raise InputError(
+            f"{text!r} multiplies a matrix and has no finite value at {places}, where the error of "
+            "a reduction is not known; give another value"
+        )
+    return value
 
 
 def require_skew(matrix: Matrix, name: str) -> None:
