@@ -61,6 +61,14 @@ def test_a_branch_that_ends_for_a_fast_mode_says_so():
     assert int(said) == pytest.approx(ratio, abs=1)
 
 
+def test_a_fast_mode_that_decays_within_a_period_is_not_why_a_branch_ends():
+    states = {"x": "v", "v": "-x - 0.05*v - 0.1*x^3 + cos(w*t)", "y": "u", "u": "x - 1e4*y - 100*u"}
+    system = sf.System(parameters={"w": 1}, forcing={"period": "2*pi/w"}, states=states)
+    few = sf.Settings(steps=sf.Steps(points=3))
+    (branch,) = sf.response(system, "w", (0.8, 1.2), settings=few).branches
+    assert branch.stopped.reason == "3 points were not enough; allow more points"
+
+
 def test_several_modes_of_a_chain_may_begin_to_squeal_in_one_step():
     # With twenty states test functions are 1e-30 everywhere; the eigenvalues say what is lost.
     n = 10

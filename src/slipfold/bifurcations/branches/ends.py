@@ -60,6 +60,9 @@ UNSOLVED = (
 FAST = 64
 """Vibrations in a period above which a mode is much faster than an orbit."""
 
+LASTING = 1e-3
+"""Multiplier below which a mode has decayed within a period, so that its turns bend no branch."""
+
 NO_VALUE = (
     "where the equations have no value, such as the logarithm or root of what is negative or a "
     "quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x))"
@@ -177,12 +180,14 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
 def _too_fast(orbits: Orbits, last: OrbitPoint) -> str:
     """Say that a vibration is much faster than an orbit, whose multiplier soon turns, if one is."""
     at = orbits.nodes(last.z)[:1], orbits.by.start[:1], orbits.constants(last.z)
-    ratio = np.abs(np.linalg.eigvals(orbits.flow.jacobians(*at)[0]).imag).max() / (2 * np.pi)
+    values = np.linalg.eigvals(orbits.flow.jacobians(*at)[0]) * orbits.period
+    lasting = values[values.real > np.log(LASTING)]
+    ratio = np.abs(lasting.imag).max(initial=0.0) / (2 * np.pi)
     if not (orbits.kind == "periodic" and orbits.by.smooth and ratio > FAST):
         return ""
     return (
         f"; a mode {ratio:.0f} times as fast as the orbit may be why steps are short: give it more "
-        "damping, or leave it out, as reduction= of a structure does"
+        "damping, or leave it out of the model"
     )
 
 
