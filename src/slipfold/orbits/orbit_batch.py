@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
+from slipfold.continuation.interpolation import lengths_of
+from slipfold.continuation.newton import NEWTON
 from slipfold.flow import batches
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.explicit_steps import EXPLICIT, LinearizedSteps, PropagatedStates
@@ -312,6 +314,9 @@ class OrbitBatch:
             missed[close] = self.misses(own[close], part.missed[close])
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
             near = close[~(missed[close] <= 0.1 * tolerance)]
+            # Of an orbit that moves so little, derivatives are those before it.
+            growth = np.abs(condensed[near, :n, :n]).max(axis=(1, 2))
+            near = near[lengths_of(step[near]) * growth <= NEWTON.still]
             at[near] += np.nan_to_num(step[near])
             missed[near], step[near] = self.residuals(own[near], at[near]), 0.0
             found.z[going], found.tangents[going], found.residuals[going] = at, tangents, missed

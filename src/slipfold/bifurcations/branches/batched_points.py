@@ -83,12 +83,12 @@ def _polishing(
         point = yield Guess(z, row, (), point.arclength)
         value, row = point.tests[kind], point.tangent
         known.append(point)
-        if abs(value) <= close * abs(slope):
-            break
         # Values before the first step have other errors. Of rounding a slope may become anything.
         change = 1 - value / before
         slope, before = slope * change if change > BATCH.flatter else slope, value
-    return Found(kind, min(known, key=lambda item: abs(item.tests[kind])), found.slope)
+        if abs(value) <= close * abs(slope):
+            break
+    return Found(kind, min(known, key=lambda item: abs(item.tests[kind])), slope)
 
 
 # -- ends at limits of the model ------------------------------------------------------------------

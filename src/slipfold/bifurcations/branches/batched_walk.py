@@ -51,8 +51,7 @@ class BATCH:
     amplified: float = 1e6
     # Steps of each branch after which those that have not ended are left
     max_rounds: int = 400
-    # A correction shorter than this is the last: test functions are those before it, and where they
-    # had errors of more than `near`, their zeros took three times as many orbits
+    # A correction shorter than this is the last: test functions are those before it
     last_step: float = 1e-8
     # Distance from a zero at which secant steps with the flow itself begin
     near: float = 1e-7
