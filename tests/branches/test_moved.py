@@ -80,6 +80,32 @@ def test_nothing_is_moved_where_bifurcations_vanish(known):
     assert moved_branches(known.branches, known.model.replace(f=12.4), SPAN) is None
 
 
+@pytest.mark.parametrize(
+    ("base", "values", "count"), [({}, {"f": 12.45}, 0), ({"f": 12.45}, {}, 2)]
+)
+def test_branches_are_moved_where_tori_vanish_or_appear(base, values, count):
+    known = sf.response(sf.SlidingOscillator(**base), "Nd", SPAN).branches
+    assert len(known[1].special) == 2 - count
+    moved = moved_branches(known, sf.SlidingOscillator(**values), SPAN)
+    assert [item.type for item in moved[1].special] == ["NS"] * count
+
+
+@pytest.mark.parametrize("left", [1e-5, 0.1])
+def test_no_branch_is_moved_beyond_a_limit(left):
+    states = {"x": "v", "v": "F*cos(W*t) - x - 0.2*v - 0.01*x^3"}
+    model = sf.System(
+        parameters={"W": 0.5, "F": 1.0, "lowest": -9.0},
+        forcing={"period": "2*pi/W"},
+        states=states,
+        outputs={"room": "x - lowest"},
+        limits={"floor": {"output": "room", "bound": 0.0}},
+    )
+    (known,) = sf.response(model, "W", (0.5, 1.6)).branches
+    lowest = known.extrema.of("x")[0].min() + left
+    assert known.stopped.kind == "span"
+    assert moved_branches([known], model.replace(lowest=lowest), (0.5, 1.6)) is None
+
+
 def test_what_is_moved_is_no_start_and_lacks_few_orbits(monkeypatch):
     # At 12.0 Hz the response has no limit: how far it is moved must not depend on the way there.
     slider, span = sf.SlidingOscillator(f=12.3), (0, 0.9)

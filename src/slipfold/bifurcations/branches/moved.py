@@ -152,12 +152,12 @@ def _moved(
 
 
 def _leads_alike(known: Branch, moved: Branch) -> bool:
-    """Whether doubled branches begin in the same directions, and none gains or loses a fold."""
-    return (known.parent, known.period) == (moved.parent, moved.period) and all(
-        (one.leads_to, one.criticality if one.type == "PD" else None)
-        == (other.leads_to, other.criticality if one.type == "PD" else None)
-        for one, other in zip(known.special, moved.special, strict=False)
+    """Whether doubled branches begin in the same directions."""
+    before, after = (
+        [(item.leads_to, item.criticality) for item in branch.special if item.leads_to]
+        for branch in (known, moved)
     )
+    return (known.parent, known.period, before) == (moved.parent, moved.period, after)
 
 
 class _Line:
@@ -197,8 +197,8 @@ class _Line:
             return False
         exact = self._settled(found.z[chosen], rows[chosen])
         for _ in range(ZERO.depth):
-            z, tangents, _, s = self._joined(exact)
-            unsure = np.flatnonzero(self._may_hide(exact))
+            z, tangents, tests, s = self._joined(exact)
+            unsure = np.flatnonzero(self._may_hide(s, tests))
             if not len(unsure) or not exact.found.all():
                 break
             near, middles = _nearest(s)[unsure], 0.5 * (s[unsure] + s[unsure + 1])
@@ -253,12 +253,11 @@ class _Line:
         lengths = arcs(np.diff(z, axis=0), tangents[:-1], tangents[1:])[0]
         return z, tangents, tests, np.concatenate([[0.0], np.cumsum(lengths)])
 
-    def _may_hide(self, orbits: Converged) -> Mask:
-        """Return between which orbits test functions may have zeros that no signs show.
+    def _may_hide(self, s: Array, tests: Array) -> Mask:
+        """Return between which orbits functions may have zeros that no signs show.
 
-        In the first step from another branch there are none.
+        In the first step from another branch there are none. Shapes: s (k,); tests (k, f).
         """
-        _, _, tests, s = self._joined(orbits)
         near, ends = _nearest(s), (s[:-1], s[1:])
         grid = arclengths_between(*ends)
         weights = interpolation_weights(s[near], grid, ends, (0, 1))
@@ -273,8 +272,9 @@ class _Line:
         return int(self._branch.first is not None)
 
     def _bracket(self, result: Converged) -> bool:
-        """Store the points, and bracket zeros between them; return whether none may be hidden.
+        """Store the points, and bracket zeros between them.
 
+        Return whether none may be hidden and the model is valid from the first point to the last.
         What was a special point is near the zero, so that few more orbits are needed.
         """
         branch, departs = self._branch, self._departs
@@ -287,7 +287,9 @@ class _Line:
         unstable = np.append(unstable[:departs], unstable)
         branch.stable = bool(unstable[0] == 0)
         kinds, explained = single_events(changed, np.abs(np.diff(unstable)))
-        if not explained.all() or self._may_hide(result).any():
+        margins = self._batch.margins(np.zeros(len(z), dtype=int), z)
+        valid = explained.all() and (margins > 0).all()
+        if not valid or self._may_hide(s, np.hstack([tests, margins])).any():
             return False
         for i in np.flatnonzero(kinds >= 0).tolist():
             near = [i, i + 1, *range(max(i - 2, 0), i), *range(i + 2, min(i + 4, len(s)))]
