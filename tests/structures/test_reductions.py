@@ -177,6 +177,17 @@ def test_rounding_of_rigid_body_modes_is_no_stiffness_and_no_error(count, reduct
     )
 
 
+def test_an_accuracy_holds_at_the_resonances_of_the_coordinates_that_are_kept():
+    mass, stiffness = chain(30)
+    middle, tip = (sparse.diags_array(100 * np.eye(30)[at]) for at in (15, 29))
+    model = sf.Structure(
+        mass, DAMPING, {1: stiffness + tip, "s": middle}, variables=sf.Parameter("s", 10.0),
+        elements=sf.CubicSpring("q30", k3=1.0), forcing=sf.HarmonicForce("q1", F=1.0),
+        reduction=sf.FreeInterface(up_to=1.5, accuracy=0.1),
+    )  # fmt: skip
+    assert model.reduction_report.receptance_error <= 0.1
+
+
 def test_no_error_is_known_where_a_matrix_has_no_finite_value():
     mass, stiffness = chain(30)
     grounded = sparse.diags_array(np.eye(30)[15])

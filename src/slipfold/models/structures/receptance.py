@@ -257,19 +257,26 @@ class FullStructure:
         between = (np.append(0.0, peaks) + np.append(peaks, band)) / 2
         return _thinned(peaks), np.union1d(_thinned(between), [band])
 
-    def error(self, reduced: Coordinates, band: float, coupling: Coupling | None = None) -> float:
+    def error(
+        self,
+        reduced: Coordinates,
+        band: float,
+        coupling: Coupling | None = None,
+        *,
+        anew: bool = False,
+    ) -> float:
         """Return the largest error of a receptance of modal coordinates up to a frequency in Hz.
 
         It is relative to the receptance, or to its geometric mean over the band where that is
         larger: near antiresonances. Away from resonances, errors are interpolated. Zero without
-        directions.
+        directions. Resonances are those known of the coupling, or anew those of the coordinates.
         """
         if not self.directions.shape[1]:
             return 0.0
         own, coupling = None, coupling or self.coupling
         if coupling is not None:
             own = coupling.within(reduced.shapes)
-            if coupling.peaks is None:
+            if anew or coupling.peaks is None:
                 found = reduced.frequencies(own)
                 coupling.peaks = found[(found > MATRICES.free * band) & (found <= band)]
         peaks = None if coupling is None else coupling.peaks

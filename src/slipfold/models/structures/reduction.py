@@ -243,6 +243,8 @@ class Reduction(Documented, ABC):
         for kept in range(count, min(shapes.modes.most, max(count, MATRICES.most_modes)) + 1):
             coordinates = shapes.coordinates(kept)
             error = full.error(coordinates, self.up_to)
+            if error <= self.accuracy:  # at resonances of fewer coordinates
+                error = full.error(coordinates, self.up_to, anew=True)
             if error <= self.accuracy:
                 return coordinates
             best = min(best, error)
