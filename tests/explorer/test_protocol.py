@@ -10,7 +10,7 @@ from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_server import BASE, SLOW_PLANE, answers_to, diagram
 from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
-from slipfold.interface.explorer.curves import GapsProgress
+from slipfold.interface.explorer.curves import LONG, GapsProgress
 from slipfold.interface.explorer.messages import DiagramRequest, ExportRequest, PlaneRequest
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.progress import Progress
@@ -371,14 +371,21 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(tmp_path, monkey
     *_, last = answered(Catalogue(), model="vanderpol-free", vary="mu", span=[0.1, 3])
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "span")
     assert all(item["stopped"]["kind"] == "interrupted" for item in last["branches"][1:])
+    assert (last["unfollowed"], len(last["branches"])) == ([LONG], 1)
     monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", 0.0)
-    *_, last = answered(Catalogue())
+    answering = Answering(Catalogue())
+    *_, last = answers_to(diagram(), answering)
     assert (last["done"], last["branches"][0]["stopped"]["kind"]) == (True, "interrupted")
     monkeypatch.setattr(PAGE, "filling", math.inf)
     request = DiagramRequest.model_validate(diagram())
     watch = GapsProgress(lambda _: None, sf.SlidingOscillator(), request, None)
     with pytest.raises(KeyboardInterrupt):  # it would be given up with what is shown
         watch(Progress("gaps", 0, values={"branches": ()}))
+    monkeypatch.setattr("slipfold.interface.explorer.messages.DiagramRequest.seconds", math.inf)
+    # What the clock ended is shown, and followed again.
+    shown = [it["branches"] for it in answers_to(diagram(), answering) if "branches" in it]
+    assert [shown[i][0]["stopped"]["kind"] for i in (0, -1)] == ["interrupted", "limit"]
+    assert [it["branches"] for it in answers_to(diagram(), answering)] == shown[-1:]
     contact = {"slip": "-v", "normal": "0.3", "friction": sf.Coulomb(mu_k=1.0)}
     dry = sf.System(
         parameters={"A": 0.1, "w": 1.0},
@@ -392,7 +399,7 @@ def test_what_takes_too_long_is_shown_as_far_as_it_was_followed(tmp_path, monkey
     request = {**PLANE, "model": dry.name, **axes}
     view = PlaneRequest.model_validate(request)
     for limit, note in (0.0, "takes long"), (math.inf, "no regions: the slip of the contact tip"):
-        monkeypatch.setattr(PAGE, "loci", limit)
+        monkeypatch.setattr("slipfold.interface.explorer.messages.PlaneRequest.seconds", limit)
         *_, plane = answers_to(request, answering)
         assert (plane["done"], plane["regions"]) == (True, None)
         assert note in plane["note"]

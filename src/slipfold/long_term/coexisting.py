@@ -30,6 +30,8 @@ from slipfold.progress import Observer, Progress
 Follow = Callable[..., tuple[Branch, ...]]
 """A function that follows a branch, and all branches that leave it, from a start `begin`."""
 
+INTERRUPTED = "interrupted before a motion had settled"
+
 
 class GAPS:
     """Where a solution is started between branches."""
@@ -75,7 +77,7 @@ class Further:
                 self.interrupted = any(branch.interrupted for branch in new)
         except KeyboardInterrupt:
             self.interrupted = True
-            return "interrupted before a motion had settled"
+            return INTERRUPTED
         except InputError as error:
             return str(error)
         return ""

@@ -87,6 +87,8 @@ class Answering:
         self._nearest: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._moved_diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._planes: OrderedDict[Hashable, LocusDiagram] = OrderedDict()
+        # Keys of what the clock ended on a busy machine: it is computed again when it is shown.
+        self._late = set[Hashable]()
         self._solutions = KeptTrajectories()
 
     def warm_up(self, is_wanted: Callable[[], bool]) -> None:
@@ -227,11 +229,15 @@ class Answering:
         """Return the diagram that a request is about; show the response before what is added."""
         model = self._catalogue.of(request)
         key = _key(model, request)
-        if key not in self._diagrams:
+        known = self._diagrams.get(key)
+        if known is None or (observer and key in self._late):
+            if known is not None and show is not None:
+                show(known)
             watch = GapsProgress(_checking(check, observer), model, request, show)
             also = [_further(model, request.vary, item) for item in request.also]
             given = (model, request.vary, request.span)
             self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
+            (self._late.add if watch.is_late else self._late.discard)(key)
         keep(self._nearest, _family(model, request), self._diagrams[key])
         keep(self._diagrams, key, self._diagrams[key])
         return self._diagrams[key]
@@ -259,14 +265,15 @@ class Answering:
         return orbit
 
     def _plane(
-        self, request: PlaneRequest, check: Check, observer: Observer | None = None
+        self, request: PlaneRequest, check: Check, observer: PlaneProgress | None = None
     ) -> LocusDiagram:
         """Return the bifurcation set that a request is about."""
         model, plane = self._catalogue.of(request), (request.x.name, request.y.name)
         window, watch = (request.x.span, request.y.span), _checking(check, observer)
         found = self._planes.get(key := (model, plane, window))
-        if found is None or (found.interrupted and observer):  # a file is what is drawn
+        if found is None or (observer and key in self._late):  # a file is what is drawn
             found = bifurcation_set(model, plane, window, on_progress=watch)
+            (self._late.add if observer and observer.is_late else self._late.discard)(key)
         keep(self._planes, key, found)
         return found
 

@@ -21,6 +21,7 @@ from slipfold.interface.explorer.messages import DiagramRequest, OrbitRequest
 from slipfold.interface.explorer.plain import Emit, axis_of, number, short, without_options
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.lines import branch_segments, locus_segments, measured_at, parts_of
+from slipfold.long_term.coexisting import INTERRUPTED
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.parameter_space.measurement import Measurement
@@ -60,7 +61,9 @@ def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
             for branch in diagram.branches
         ],
         "checked": checked_view(diagram.checked),
-        "unfollowed": [without_options(why) for why in diagram.unfollowed],
+        "unfollowed": [
+            LONG if why == INTERRUPTED else without_options(why) for why in diagram.unfollowed
+        ],
     }
 
 
@@ -184,6 +187,7 @@ class GapsProgress:
         self._end = process_time() + PAGE.following
         self._last = perf_counter() + request.seconds / 2
         self._stage = "branches"
+        self.is_late = False  # whether the clock ended it
 
     def __call__(self, progress: Progress) -> None:
         """Take a note of the computation."""
@@ -196,7 +200,9 @@ class GapsProgress:
                 self._show(known)
         ends = "points" in progress.values or self._stage != "branches"  # where there is something
         late = ends and perf_counter() > self._last
-        if progress.stage != "checks" and (late or process_time() > self._end):
+        over = process_time() > self._end
+        if progress.stage != "checks" and (late or over):
+            self.is_late |= not over
             raise KeyboardInterrupt
 
 
@@ -303,11 +309,14 @@ class PlaneProgress:
         self._end, self._latest = process_time() + PAGE.loci, self._sent + seconds / 2
         self._grown: dict[LocusLine, list[tuple[float, float]]] = {}
         self._last: LocusLine | None = None
+        self.is_late = False  # whether the clock ended it
 
     def __call__(self, progress: Progress) -> None:
         """Take a note of the computation."""
-        late = process_time() > self._end or perf_counter() > self._latest
+        over = process_time() > self._end
+        late = over or perf_counter() > self._latest
         if late and progress.stage in ("responses", "loci", "regions"):
+            self.is_late |= not over
             raise KeyboardInterrupt
         self._grow(progress)
         followed = progress.values.get("loci")
