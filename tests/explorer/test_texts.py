@@ -68,7 +68,7 @@ def rows(model, text="#"):
 
 
 def test_equations_are_written_as_by_hand_with_their_sources():
-    assert rows(sf.SlidingOscillator())["|tipx, tipy|"] == "μ N at most"  # a vector
+    assert rows(sf.SlidingOscillator())["|(tipx, tipy)|"] == "μ N at most"  # a vector
     duffing = built_in_models()["duffing"]()
     assert rows(duffing)["v′"] == "F cos(Ω t) − d v − k q − g q³"
     about = equations_of(duffing, DUFFING)["about"]

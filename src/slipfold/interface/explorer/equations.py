@@ -77,7 +77,7 @@ def _of_system(model: Model, law: FrictionLaw | None = None) -> dict[str, list[R
     contacts: list[Row] = []
     for name, table in definition.contacts.items():
         slips = [_pretty(part, symbols) for part in table.slip]
-        force = ", ".join(_pretty(force, symbols) for force in table.forces(name))
+        force = _vector([_pretty(force, symbols) for force in table.forces(name)])
         own = law or table.friction.law
         formulas = table.friction.formulas.items()
         named = _symbols(law) if law else {key: _pretty(text, symbols) for key, text in formulas}
@@ -216,7 +216,7 @@ def _force(
     In the plane force and slip are vectors.
     """
     kind, named = type(law), {**named, "v": "s"}
-    slip = slips[0] if len(slips) == 1 else f"({', '.join(slips)})"
+    slip = _vector(slips)
     if law.memory(1):
         yield [force, f"{_said(kind.forces, named)}, s = {slip}", f"friction {of}"]
         yield ["z′", _said(kind.memory_rates, named), f"memory of {force}"]
@@ -225,6 +225,10 @@ def _force(
         if law.sticks:
             most = named.get("mu_s", "μ(0)")
             yield [f"|{force}|", f"{most} N at most", "where s = 0: it sticks"]
+
+
+def _vector(parts: Sequence[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"({', '.join(parts)})"
 
 
 def _coefficient(law: FrictionLaw, named: Mapping[str, str], name: str = "μ") -> Iterator[Row]:
