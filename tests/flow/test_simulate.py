@@ -11,6 +11,7 @@ from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import Falling, LinearOscillator, Runaway
 from slipfold import InputError, SlidingOscillator
 from slipfold.flow.simulate import simulate
+from slipfold.flow.trajectory import reached
 from slipfold.models.registry import model_named
 
 SCALE = np.array([1.0, 1.0, 80.0, 80.0])
@@ -70,6 +71,19 @@ def test_a_value_on_the_border_of_a_window_is_no_extremum():
     for measure, value in {"max": np.exp(0.2), "min": np.exp(0.03)}.items():
         found = sf.simulate(growth, 20, {"x": 1}, duration=1).extrema("x", measure)
         assert found == pytest.approx([value], rel=1e-3)
+    # One window has its largest value inside and none its smallest: both are those of all values.
+    climb = sf.System(states={"x": "0.7 + u", "u": "v", "v": "-u"})
+    run = sf.simulate(climb, 60, {"x": 0, "u": 1, "v": 0}, duration=1.7)
+    (high,), (low,), (both,) = (run.extrema("x", it) for it in ("max", "min", "peak_to_peak"))
+    assert both == high - low
+
+
+def test_an_extremum_of_few_samples_is_the_vertex_of_a_parabola():
+    turns, step = 2 * np.pi * 8 * np.arange(48) / 48, np.pi / 3
+    midway = np.cos(step / 2) + (np.cos(step / 2) - np.cos(1.5 * step)) / 8  # where it errs most
+    for phase in np.linspace(0, step, 9):
+        (found,) = reached(np.cos(turns + phase), 48, "max", True, True)
+        assert midway - 1e-12 <= found <= 1 + 1e-12
 
 
 def test_extrema_of_outputs_that_jump_are_their_samples():

@@ -272,8 +272,9 @@ class Trajectory(OneLine, Documented):
     ) -> Array:
         """Return the extrema of an output in the last periods, each once, in rising order.
 
-        They are vertices of parabolas through samples, in each forcing period, or in four intervals
-        of an unforced motion if it turns there; if it turns in none, of all values.
+        They are vertices of parabolas through samples, one of each forcing period. Of an unforced
+        motion they are those of each four intervals that have theirs inside, not on a border; if
+        none has both its largest and its smallest value inside, the one extremum of all values.
 
         Returns
         -------
@@ -296,9 +297,13 @@ class Trajectory(OneLine, Documented):
             samples = self.steady_outputs(count, 64 * intervals)[:, self._flow.output_index(name)]
         else:
             samples = self.output(name, -max(periods, intervals) - 1)[1]
-        found = reached(samples, 64 * intervals, measure, settled, forced)
-        if not np.isfinite(found).any():
-            found = reached(samples, len(samples), measure, True, forced)
+        found, both = (
+            reached(samples, 64 * intervals, item, settled, forced)
+            for item in (measure, "peak_to_peak")
+        )
+        if not np.isfinite(both).any():  # of all measures alike
+            samples = np.pad(samples, 2, mode="edge")
+            found = reached(samples, len(samples) - 4, measure, False, forced)
         values = np.sort(found[np.isfinite(found)])
         apart = np.diff(values, prepend=-np.inf) > SAME * np.abs(values).max(initial=0.0)
         return np.asarray(values[apart])
@@ -546,8 +551,17 @@ def _peak(values: Array, borders: bool) -> Array:
     rows, index = np.arange(len(values)), values[:, 2:-2].argmax(axis=1) + 2
     first, before, here, after, last = (values[rows, index + shift] for shift in range(-2, 3))
     bend, turns = before - 2 * here + after, (before <= here) & (here >= after)
-    # Where the output jumps or has a corner, its curvature is that of no parabola.
-    smooth = np.maximum(first - 2 * before + here, here - 2 * after + last) < bend / 4
+    # What is concave lies below its chords extended; the parabola beside a jump does not.
+    most = np.maximum(_crossing(after, here, before, first), _crossing(before, here, after, last))
     with np.errstate(divide="ignore", invalid="ignore"):
-        top = np.where(smooth & turns, here - (after - before) ** 2 / (8 * bend), here)
+        top = np.minimum(here - (after - before) ** 2 / (8 * bend), most)
+    top = np.where(turns & (top > here), top, here)
     return np.where(turns | borders, top, np.nan)
+
+
+def _crossing(before: Array, here: Array, after: Array, last: Array) -> Array:
+    """Return the height between the middle two of four samples at which their chords cross."""
+    rise, fall = here - before, last - after
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = np.clip((after - fall - here) / (rise - fall), 0.0, 1.0)
+        return np.asarray(here + np.where(rise > fall, part, 0.0) * rise)
