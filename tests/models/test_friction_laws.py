@@ -10,6 +10,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.models.friction.record import law_from_record, law_record
+from slipfold.models.parametric import described
 
 LAWS = [
     sf.Coulomb(mu_s=0.6, mu_k=0.4),
@@ -193,7 +194,6 @@ def test_bad_input_gets_one_sentence(make, message):
 
 def test_a_law_of_ones_own_is_a_few_lines():
     from slipfold.models.friction.law import STATIC
-    from slipfold.models.parametric import described
 
     @dataclasses.dataclass(frozen=True)
     class Root(sf.FrictionLaw):
@@ -222,3 +222,14 @@ def test_one_coefficient_serves_for_rest_and_slip(law):
         assert (made.stiction, made.coefficient(0)) == expected
         names = ["mu_k"] if len(given) == 1 else ["mu_s", "mu_k"]
         assert [name for name in made.values if name != "s2"] == names
+
+
+@dataclasses.dataclass(frozen=True)
+class Slack(sf.Jenkins):
+    slack: float = described(sf.Parameter("slack", 1.0, symbol=r"$\delta_\mathrm{s}$"))
+
+
+def test_the_numbers_of_parts_stand_in_their_symbols():
+    symbols = {item.name: item.symbol for item in sf.Iwan((Slack(), Slack(kt=2.0))).parameters}
+    assert symbols["slack2"] == r"$\delta_{\mathrm{s}2}$"
+    assert symbols["kt2"] == "$k_{t2}$"

@@ -19,7 +19,7 @@ from slipfold.read_only import Documented
 SECTIONS = ("Raises", "References", "Examples")
 """Headings of docstrings that follow the section on parameters."""
 
-SYMBOL = re.compile(r"^\$([^_]+)_?\{?(\w*)\}?\$$")
+SYMBOL = re.compile(r"^\$([^_]+)_?\{?(\\?\w*(?:\{\w*\})?)\}?\$$")
 """A symbol in mathtext: what the number of its part goes below."""
 
 
