@@ -45,17 +45,6 @@ def cubic(height):
     return Polynomials([0.0, -height, 0.0, 1.0])
 
 
-class Dipping(Polynomials):
-    """A line, along which a function dips below zero between two zeros that lie `apart` from c."""
-
-    def __init__(self, c, apart):
-        super().__init__([0.0, 0.3])
-        self.c, self.apart = c, apart
-
-    def tests(self, z, tangent):
-        return {"dip": 1 - np.cos(z[0] - self.c) - self.apart**2}
-
-
 class Ending(AlgebraicCurve):
     """p = 3 x log(x), which has no points beyond x = 0."""
 
@@ -296,13 +285,3 @@ def test_what_only_rounding_changes_is_no_contradiction():
     for point, error in zip(trail.points, noise, strict=True):
         point.z[1] += error
     assert unexplained_reversal(trail) is None
-
-
-@pytest.mark.parametrize("apart", [1e-1, 1e-2, 1e-3])
-def test_two_zeros_near_each_other_are_found_wherever_they_lie_in_a_step(apart):
-    for c in np.linspace(0.4, 2.6, 23):
-        line = Dipping(c, apart)
-        found = follow(line, line.begin([0, 0], row=[1, 0]), [(0, 0, 3)], [Zeros(line)]).found
-        zeros = c + np.array([-1, 1]) * np.arccos(1 - apart**2)
-        # Rounding of the function over its slope, and 1e-12 of the search.
-        np.testing.assert_allclose([item.point.z[0] for item in found], zeros, rtol=0, atol=1e-11)

@@ -60,7 +60,7 @@ def meeting() -> sf.System:
     [
         *(("GRAZE", grazing, apart, c) for apart in (1e-2, 1e-5) for c in (-0.5, 0.5)),
         *(("STICK", sticking, apart, c) for apart in (1e-2, 1e-4) for c in (-0.5, 0.5)),
-        *(("LIFT", lifting, *rest) for rest in ((3e-3, -0.5), (1e-2, 0.5), (1e-5, 0.5))),
+        *(("LIFT", lifting, *rest) for rest in ((1e-2, -0.5), (1e-2, 0.5), (1e-5, 0.5))),
         *(("MEET", meeting, 1e-2, c) for c in (-0.1, 0.1)),
     ],
 )

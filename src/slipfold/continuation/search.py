@@ -256,9 +256,7 @@ class Interpolated:
                 return float(grid[min(changes[1], len(grid) - 1)])
             above = self._above_zero[:, index]
             lowest = int(above.argmin())
-            if not above[lowest] < 0:
-                return float(0.5 * (grid[0] + grid[-1]))
-            return float(grid[lowest] + self._bottoms[1][lowest, index] * (grid[1] - grid[0]))
+            return float(grid[lowest] if above[lowest] < 0 else 0.5 * (grid[0] + grid[-1]))
         return None
 
     @cached_property
@@ -277,22 +275,7 @@ class Interpolated:
     def _above_zero(self) -> Array:
         """Lower bounds of these, shape (t, f)."""
         minimum = np.abs(self.ends).min(axis=-2)[..., None, :]
-        return self._bottoms[0] - np.maximum(self.errors, ZERO.dip * minimum)
-
-    @cached_property
-    def _bottoms(self) -> tuple[Array, Array]:
-        """Smallest values about each place, and where, in places from it; each of shape (t, f).
-
-        Two zeros may lie between two places: there the bottom of the parabola through three is
-        lower than all.
-        """
-        inner, ends = self._inner, np.abs(self.ends)
-        before = np.concatenate([ends[..., :1, :], inner[..., :-1, :]], axis=-2)
-        after = np.concatenate([inner[..., 1:, :], ends[..., 1:, :]], axis=-2)
-        bend, slope = before - 2 * inner + after, 0.5 * (after - before)
-        bottom = (bend > 0) & (np.abs(slope) <= bend)
-        away = np.divide(-slope, bend, out=np.zeros_like(bend), where=bottom)
-        return inner + 0.5 * away * slope, away
+        return self._inner - np.maximum(self.errors, ZERO.dip * minimum)
 
     @cached_property
     def _changes(self) -> Mask:
