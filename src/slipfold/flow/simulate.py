@@ -425,9 +425,11 @@ class HybridIntegration(Integration):
             stuck = "all contacts stick" if len(sticks) == len(mode) else stuck
             free = np.delete(np.arange(len(state)), self.flow.mode(mode).held_at(self.constants))
             slopes = self.flow.of(mode).jacobians(*at)[0][np.ix_(free, free)]
-            growths = np.linalg.eigvals(slopes * (scales[free] / scales[free, None]))
-            fastest = np.abs(growths).max(initial=0.0)  # a double eigenvalue is its root's rounding
-            if growths.real.max(initial=0.0) <= math.sqrt(np.finfo(float).eps) * fastest:
+            matrix = slopes * (scales[free] / scales[free, None])
+            growth = np.linalg.eigvals(matrix).real.max(initial=0.0)
+            # Eigenvalues have errors of n last digits of the norm, a double one of their root.
+            error = math.sqrt(len(matrix) * np.finfo(float).eps) * np.linalg.norm(matrix)
+            if growth <= error:
                 message = f"settled on an equilibrium in which {stuck}"
                 return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
             return not_converged(f"not settled: on an unstable equilibrium in which {stuck}")
