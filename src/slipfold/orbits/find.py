@@ -324,10 +324,12 @@ class _Search:
             return orbits.residual(orbits.defect(z))
 
     def _as_orbit(self, orbits: Orbits, correction: Correction) -> PeriodicOrbit:
-        if not correction.converged or correction.linearization is None:
+        failure, duration = correction.failure, orbits.duration(correction.z)
+        if not failure and duration is not None and not duration > 0:
+            failure = "its duration vanishes, as at an equilibrium"
+        if failure or correction.linearization is None:
             raise InputError(
-                f"no orbit of period {orbits.period} was found for {self.model!r}: "
-                f"{correction.failure}; "
+                f"no orbit of period {orbits.period} was found for {self.model!r}: {failure}; "
                 + (self.model.advice or "give a state nearer to it, e.g. the end of a simulation")
             )
         orbit = as_orbit(orbits, correction)
