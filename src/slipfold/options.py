@@ -189,10 +189,13 @@ Also = Annotated[
     "Sequence[PeriodicOrbit | Mapping[str, float | str]]",
     Option(
         "Further starts: orbits, whose branches are followed as well; or mappings as `start`, from "
-        "which a solution is integrated until it is steady. A start on a known branch adds none.",
+        "which a solution is integrated until it is steady; with an entry ``period`` or, of a "
+        "cycle, ``duration``, the orbit near the states is followed if there is one. A start on a "
+        "known branch adds none.",
         "starts",
         command_help="A further start, e.g. Vd=0.5,x=1: a value of the varied parameter, and "
-        "states, from which a solution is integrated until it is steady to follow its branch, too.",
+        "states, from which a solution is integrated until it is steady to follow its branch, too; "
+        "with period=1, or duration=2.5 of a cycle, the branch of the orbit near them.",
     ),
 ]
 Gaps = Annotated[

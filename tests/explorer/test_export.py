@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.copied import run_command, run_python, same_orbit, same_result
+from helpers.copied import has_orbit, run_command, run_python, same_orbit, same_result
 from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, answers_to, diagram
@@ -132,7 +132,10 @@ def slider():
     return exporting(sf.System.from_toml(FORCED_SLIDER))
 
 
-VIEWS = {"sliding": DIAGRAM, "duffing": DUFFING, "own": OWN, "simulation": SIMULATION, "belt": BELT}
+CYCLE = {"value": 0.8, "state": {"x": 2.0, "v": 0.0}, "period": 1, "duration": 6.4}
+FOLLOWED = diagram(model="vanderpol-free", parameters={}, vary="mu", span=[0.5, 1], also=[CYCLE])
+VIEWS = {"sliding": DIAGRAM, "duffing": DUFFING, "own": OWN, "followed": FOLLOWED}
+VIEWS |= {"simulation": SIMULATION, "belt": BELT}
 
 
 @pytest.mark.parametrize("name", VIEWS)
@@ -151,7 +154,7 @@ def test_what_is_copied_and_saved_has_the_numbers_that_are_shown(exported, name,
 def test_one_orbit_has_no_figure(exported):
     with pytest.raises(InputError, match="there is no figure of one orbit; save its pictures as"):
         exported(ORBIT, "pdf")
-    with pytest.raises(InputError, match="has no state, from which a script finds it"):
+    with pytest.raises(InputError, match="this orbit is not found again from its state alone"):
         exported(ORBIT, "python")
 
 
@@ -208,17 +211,24 @@ def small(model):
     return [item for item in model.variable_parameters[:3] if item.lower <= 0]
 
 
-@pytest.mark.parametrize("kind", ["forced", "cycle", "doubled", "equilibrium"])
+@pytest.mark.parametrize("kind", ["forced", "first", "cycle", "doubled", "equilibrium"])
 def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, kind, capsys):
-    places = {"forced": (2, 0.3), "cycle": (2, 0.5), "doubled": (3, 0.5), "equilibrium": (1, 0.1)}
+    places = {
+        "forced": (2, 0.3),
+        "first": (2, 0.0),
+        "cycle": (2, 0.5),
+        "doubled": (3, 0.5),
+        "equilibrium": (1, 0.1),
+    }
     free = {"kind": "orbit", "id": 1, "model": "stuart-landau", "vary": "r", "span": [-1, 1]}
     doubled = {**free, "model": "roessler", "vary": "c", "span": [2.5, 3]}
     at = dict(zip(("branch", "arclength"), places[kind], strict=True))
-    view = {**{"forced": ORBIT, "doubled": doubled}.get(kind, free), "at": at}
+    view = {**{"forced": ORBIT, "first": ORBIT, "doubled": doubled}.get(kind, free), "at": at}
     orbit = saved(exported, view)
     table = list(csv.reader(io.StringIO(exported(view, "csv").decode())))
     values = [float(value) for value in table[1]]
-    placed = {**view, "at": answers_to(view)[-1]["through"]}
+    shown = answers_to(view)[-1]
+    placed = {**view, "at": shown["through"]}
     copied = run_python(exporting(None)(placed, "python").decode())
     if kind == "equilibrium":
         assert copied["values"].real.tolist() == pytest.approx([values[0]] * 2, rel=1e-12)
@@ -229,8 +239,8 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, kind, capsys):
         assert damping == pytest.approx(-value / np.hypot(value, 1), rel=1e-12)
     else:
         state = values[1 : 1 + len(orbit.state)]
-        assert copied["orbit"].duration == pytest.approx(orbit.duration, rel=1e-12)
-        assert copied["orbit"].state == pytest.approx(orbit.state, rel=1e-8)
+        has_orbit(orbit, shown)
+        same_orbit(copied, shown)
     assert state == orbit.state.tolist()
     # From its nodes alone it has the duration and the multipliers that it was saved with.
     assert orbit.check().passed
@@ -284,7 +294,11 @@ def test_copied_python_of_a_first_view_gives_all_its_numbers(name):
     assert copied["branches"] == shown["branches"]
     for branch in shown["branches"]:
         middle = branch["arclength"][len(branch["arclength"]) // 2]
-        for place in [middle, *(point["arclength"] for point in branch["special"])]:
+        for place in [
+            branch["arclength"][0],
+            middle,
+            *(point["arclength"] for point in branch["special"]),
+        ]:
             at = {"branch": branch["id"], "arclength": place}
             orbit = answers_to({**view, "kind": "orbit", "at": at}, answering)[-1]
             placed = {**view, "kind": "orbit", "at": orbit["through"]}

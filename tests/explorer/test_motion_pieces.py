@@ -7,11 +7,12 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
-from slipfold.interface.explorer.messages import MotionRequest, SimulationRequest
+from slipfold.interface.explorer.messages import MotionRequest, OrbitThrough, SimulationRequest
 from slipfold.interface.explorer.motions import ROUNDS, send_motion
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import (
     KeptTrajectories,
+    ShownOrbit,
     contacts_view,
     orbit_view,
     send_simulation,
@@ -101,7 +102,8 @@ def test_an_orbit_with_stick_has_its_friction_everywhere():
     motion = sf.simulate(model)
     state = dict(zip(["x", "vx"], motion.states[-1].tolist(), strict=True))
     orbit = sf.periodic_orbit(motion.steady_model, 1, state)
-    shown = orbit_view(orbit, "Vd")
+    place = OrbitThrough(value=orbit.model.Vd, state=state)
+    shown = orbit_view(ShownOrbit(orbit, place), "Vd")
     friction = np.array(shown["outputs"]["Fx"])
     # Friction holds the spring from nothing up to 1 while it sticks; it slips with 0.5.
     assert friction.max() == pytest.approx(1, abs=0.02)

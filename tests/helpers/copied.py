@@ -4,10 +4,11 @@ import shlex
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from slipfold.interface.explorer.messages import OrbitThrough
+from slipfold.interface.explorer.trajectories import ShownOrbit, orbit_view
 
 
 def run_python(text):
@@ -48,12 +49,17 @@ def points_of(result):
 
 def same_orbit(names, shown):
     """Compare the orbit or equilibrium that a copied script found with the one that is shown."""
-    through = shown["through"]
-    if through["period"] is None:
-        values = [complex(*value) for value in shown["eigenvalues"]]
-        np.testing.assert_array_equal(*map(np.sort_complex, (names["values"], values)))
+    if shown["eigenvalues"] is None:
+        has_orbit(names["orbit"], shown)
         return
-    state = [*through["state"].values()]
-    # Rounding of the first state grows with the largest multiplier.
-    size = np.abs(state).max() * max(1.0, abs(complex(*shown["multipliers"][0])))
-    assert names["orbit"].state == pytest.approx(state, rel=0, abs=1e-11 * size)
+    values = [complex(*value) for value in shown["eigenvalues"]]
+    np.testing.assert_array_equal(*map(np.sort_complex, (names["values"], values)))
+
+
+def has_orbit(orbit, shown):
+    """Compare all numbers of an orbit with those that are shown."""
+    place = OrbitThrough.model_validate(shown["through"])
+    rounds = 1 if orbit.model.forced else shown["period"]
+    view = orbit_view(ShownOrbit(orbit, place, rounds=rounds), orbit.model.parameters[0].name)
+    for name in ("period", "t", "states", "outputs", "spectrum", "multipliers"):
+        assert view[name] == shown[name]

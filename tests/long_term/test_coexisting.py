@@ -193,16 +193,19 @@ def test_an_orbit_is_a_further_start():
     model = system(FORCED_ISOLA)
     orbit = sf.periodic_orbit(model, state={"x": 3.4})
     diagram = sf.response(model, vary="p", span=(-1, 1), also=[orbit])
+    named = sf.response(model, vary="p", span=(-1, 1), also=[{"p": 0, "x": 3.4, "period": 1}])
+    assert np.array_equal(named.branches[1].states, diagram.branches[1].states)
     assert len(diagram.branches) == 2
     assert sorted(point.value for point in diagram.branches[1].special) == pytest.approx(
         [-0.5, 0.5]
     )
     other = sf.periodic_orbit(model.replace(W=2), state={"x": 3.4})
-    diagram = sf.response(model, vary="p", span=(-1, 1), also=[other, {"p": 3}])
+    diagram = sf.response(model, vary="p", span=(-1, 1), also=[other, {"p": 3}, {"period": 0}])
     reasons = diagram.unfollowed
-    assert [len(diagram.branches), len(reasons)] == [1, 2]
+    assert [len(diagram.branches), len(reasons)] == [1, 3]
     assert "has other parameters than the response" in reasons[0]
     assert "outside the span" in reasons[1]
+    assert "period = 0.0 is not a whole number" in reasons[2]
     assert reasons[1] in diagram.summary()
 
 

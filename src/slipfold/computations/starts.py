@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from math import ulp
@@ -20,7 +21,13 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.units import interval, parse_quantity
 from slipfold.options import Interval
-from slipfold.orbits.find import attractor_from, may_slip, orbit_near, periodic_orbit
+from slipfold.orbits.find import (
+    attractor_from,
+    checked_period,
+    may_slip,
+    orbit_near,
+    periodic_orbit,
+)
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer
 
@@ -127,7 +134,21 @@ class FurtherBranches:
                 )
             inside = within(own[self.vary], self.span)
             return Begin(own[self.vary] if inside is None else inside, start)
-        there, state = _start(self.unscaled, self.vary, self.span, start)
+        taken = {self.vary, *(item.name for item in self.unscaled.states)}
+        known = {
+            name: start[name] for name in ("period", DURATION.name) if name in {*start} - taken
+        }
+        rest = {name: value for name, value in start.items() if name not in known}
+        there, state = _start(self.unscaled, self.vary, self.span, rest)
+        if known:
+            period = checked_period(parse_quantity(known.pop("period", 1), "", "period"))
+            timed = there.replace(**known)
+            with suppress(InputError):
+                lasting = timed.values[DURATION.name] if known else None
+                return Begin(
+                    there.values[self.vary],
+                    periodic_orbit(there, period, state, duration=lasting),
+                )
         return _begin(there, self.vary, state, True, self.observer)
 
 

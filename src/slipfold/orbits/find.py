@@ -108,10 +108,7 @@ def periodic_orbit(
     >>> round(cycle.duration, 9)
     6.663286859
     """
-    if period not in range(1, ORBIT.max_period + 1):
-        raise InputError(
-            f"period = {period!r} is not a whole number from 1 to {ORBIT.max_period}; give e.g. 2"
-        )
+    period = checked_period(period)
     if settle not in range(1, ORBIT.max_settling + 1):
         raise InputError(
             f"settle = {settle!r} is not a whole number from 1 to {ORBIT.max_settling}; "
@@ -135,7 +132,7 @@ def periodic_orbit(
     if duration is not None:
         duration = float(model.replace(duration=duration).values[DURATION.name])
     near = None if given is None else wrap_angles(given, model.angle_periods)
-    search = _Search(model, int(period), tolerance, settle, duration)
+    search = _Search(model, period, tolerance, settle, duration)
     if not contacts_of(model):
         return search.smooth(near)
     if on_wall:
@@ -150,7 +147,7 @@ def periodic_orbit(
         return search.in_slip(orbit)
     guess = near
     if near is not None or period > 1:  # else the linear response is the guess
-        motion = simulate(model, settle if near is None else int(period), near, through_stick=False)
+        motion = simulate(model, settle if near is None else period, near, through_stick=False)
         if reaches_stick_limit(motion.stopped, model):
             orbit = search.through_stick(near)
             return search.in_slip(orbit)
@@ -160,6 +157,15 @@ def periodic_orbit(
     except InputError:
         return search.through_stick(near)
     return slips if _is_in_slip(slips) else search.through_stick(near)
+
+
+def checked_period(period: float) -> int:
+    """Return a period in forcing periods; raise `InputError` for what is none."""
+    if period not in range(1, ORBIT.max_period + 1):
+        raise InputError(
+            f"period = {period!r} is not a whole number from 1 to {ORBIT.max_period}; give e.g. 2"
+        )
+    return int(period)
 
 
 def _is_in_slip(orbit: PeriodicOrbit) -> bool:
@@ -379,14 +385,25 @@ def _refuse_shorter(orbit: PeriodicOrbit, states: Array) -> None:
 
     Shapes: states (period, n) or more, its states after whole forcing periods.
     """
-    count, model = orbit.period, orbit.model
-    for shorter in range(1, count):
-        moved = distances(model, states[shorter], states[0])
-        if count % shorter == 0 and moved < ORBIT.same:
-            raise InputError(
-                f"the orbit found for period {count} has period {shorter}; give a state nearer to "
-                f"an orbit of period {count}, or ask for period {shorter}"
-            )
+    count, shorter = orbit.period, shortest_period(orbit.model, orbit.period, states)
+    if shorter < count:
+        raise InputError(
+            f"the orbit found for period {count} has period {shorter}; give a state nearer to "
+            f"an orbit of period {count}, or ask for period {shorter}"
+        )
+
+
+def shortest_period(model: Model, count: int, states: Array) -> int:
+    """Return the forcing periods after which an orbit that repeats after some repeats at first.
+
+    Shapes: states (count, n) or more, its states after whole forcing periods.
+    """
+    found = (
+        shorter
+        for shorter in range(1, count)
+        if count % shorter == 0 and distances(model, states[shorter], states[0]) < ORBIT.same
+    )
+    return next(found, count)
 
 
 # -- near a state --------------------------------------------------------------------------------

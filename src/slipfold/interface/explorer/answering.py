@@ -37,7 +37,6 @@ from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     ExportRequest,
-    FurtherStart,
     OnBranch,
     OrbitRequest,
     PlaneRequest,
@@ -55,7 +54,10 @@ from slipfold.interface.explorer.sweeps import send_sweep
 from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
     KeptTrajectories,
+    ShownOrbit,
+    found_again,
     jacobian_of,
+    orbit_at,
     orbit_view,
     run_of,
     send_exponents,
@@ -63,8 +65,6 @@ from slipfold.interface.explorer.trajectories import (
     start_of,
 )
 from slipfold.models.model import Model
-from slipfold.orbits.find import periodic_orbit
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.parameter_space.measurement import parse_measurement
 from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
@@ -174,7 +174,7 @@ class Answering:
             file = self._catalogue.file(model)
             return python_text(model, view, file, request.measurements).encode()
         if isinstance(view, OrbitRequest):
-            orbit = self._orbit(view, check)
+            orbit = self._orbit(view, check).orbit
             jacobian = jacobian_of(orbit)
             if jacobian is not None and request.format == "csv":
                 return modes_table(orbit, jacobian)
@@ -234,7 +234,7 @@ class Answering:
             if known is not None and show is not None:
                 show(known)
             watch = GapsProgress(_checking(check, observer), model, request, show)
-            also = [_further(model, request.vary, item) for item in request.also]
+            also = [item.along(request.vary) for item in request.also]
             given = (model, request.vary, request.span)
             self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
             (self._late.add if watch.is_late else self._late.discard)(key)
@@ -242,12 +242,11 @@ class Answering:
         keep(self._diagrams, key, self._diagrams[key])
         return self._diagrams[key]
 
-    def _orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
+    def _orbit(self, request: OrbitRequest, check: Check) -> ShownOrbit:
         """Return the orbit that a request is about; while a slider moves, on moved branches."""
         at, model = request.at, self._catalogue.of(request)
         if not isinstance(at, OnBranch):
-            there = model.replace(**{request.vary: at.value})
-            return periodic_orbit(there, at.period or 1, at.state, duration=at.duration)
+            return ShownOrbit(orbit_at(model, request.vary, at), at)
         near, key = self._nearest.get(_family(model, request)), _key(model, request)
         moved = None
         if near is not None and key not in self._diagrams:
@@ -262,7 +261,7 @@ class Answering:
         found, (low, high) = orbit.model.values[request.vary], sorted(request.span)
         if at.value is not None and abs(found - at.value) > PAGE.apart * (high - low):
             raise InputError(_elsewhere(branch, at, found))
-        return orbit
+        return found_again(model, orbit, request.vary)
 
     def _plane(
         self, request: PlaneRequest, check: Check, observer: PlaneProgress | None = None
@@ -318,18 +317,6 @@ def _elsewhere(branch: Branch, at: OnBranch, found: float) -> str:
     else:
         why = f"the orbit there on {name} has {place}, not {other}"
     return f"{why}; choose a point that is nearer"
-
-
-def _further(model: Model, vary: str, start: FurtherStart) -> PeriodicOrbit | dict[str, float]:
-    """Return where a further branch begins, as `slipfold.response` takes it.
-
-    Where other parameters have moved an orbit away, what a solution settles on takes its place.
-    """
-    if start.period is not None:
-        with suppress(InputError):
-            there = model.replace(**{vary: start.value})
-            return periodic_orbit(there, start.period, start.state, duration=start.duration)
-    return {vary: start.value, **start.state}
 
 
 def keep(diagrams: OrderedDict[Hashable, Any], key: Hashable, diagram: Any) -> None:

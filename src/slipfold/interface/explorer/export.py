@@ -17,7 +17,6 @@ from slipfold.flow.simulate import initial_state
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
     DrawnRequest,
-    FurtherStart,
     OrbitRequest,
     OrbitThrough,
     PlaneRequest,
@@ -149,7 +148,10 @@ def python_text(
     """
     if isinstance(view, OrbitRequest):
         if not isinstance(view.at, OrbitThrough):
-            raise InputError(f"{view.at!r} has no state, from which a script finds it; give state")
+            raise InputError(
+                "this orbit is not found again from its state alone, as where a branch ends at a "
+                "limit of its model; choose one beside it"
+            )
         model = model.replace(**{view.vary: view.at.value})
     steps = "\n".join(_steps(model, view, measurements))
     used = "".join(f"{line}\n" for name, line in IMPORTS.items() if name in steps)
@@ -165,7 +167,7 @@ def _steps(model: Model, view: DrawnRequest, measurements: str | None) -> list[s
     if isinstance(view, DiagramRequest):
         span = f"({view.span[0]!r}, {view.span[1]!r})"
         read = f"measured = sf.read_measurement({measurements!r}, model)"
-        also = f", also=[{', '.join(_further(view, start) for start in view.also)}]"
+        also = f", also={[start.along(view.vary) for start in view.also]!r}"
         return [
             f'diagram = sf.response(model, vary="{view.vary}", span={span}'
             f"{also if view.also else ''}, gaps=True)",
@@ -260,17 +262,6 @@ def _sweep_steps(model: Model, view: SweepRequest) -> list[str]:
     ]
 
 
-def _further(view: DiagramRequest, start: FurtherStart) -> str:
-    """Return an expression for where a further branch begins."""
-    if start.period is None:
-        return repr({view.vary: start.value, **start.state})
-    duration = "" if start.duration is None else f", duration={start.duration!r}"
-    return (
-        f"sf.periodic_orbit(model.replace({view.vary}={start.value!r}), {start.period}, "
-        f"{start.state!r}{duration})"
-    )
-
-
 def _model(model: Model, file: Path | None, text: str | None = None) -> str:
     """Return an expression that makes a model; numbers are exact when read back."""
     values = _values(model)
@@ -347,10 +338,9 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
 
 def _command(model: Model, view: DrawnRequest) -> str:
     if isinstance(view, DiagramRequest):
-        starts = [{view.vary: start.value, **start.state} for start in view.also]
         also = "".join(
-            f" --also {','.join(f'{name}={value!r}' for name, value in start.items())}"
-            for start in starts
+            f" --also {','.join(f'{k}={v!r}' for k, v in start.along(view.vary).items())}"
+            for start in view.also
         )
         return f"slipfold response case.toml --vary {_ends(view.vary, view.span)}{also} --gaps"
     if isinstance(view, PlaneRequest):

@@ -105,6 +105,12 @@ class FurtherStart(_Message):
     # Duration of a cycle of an autonomous model in seconds, about
     duration: Annotated[Number, Field(gt=0)] | None = None
 
+    def along(self, vary: str) -> dict[str, float]:
+        """Return it as `slipfold.response` takes it."""
+        lasts = {"period": self.period, "duration": self.duration}
+        known = {name: value for name, value in lasts.items() if value is not None}
+        return {vary: self.value, **self.state, **known}
+
 
 class _VaryRequest(_ModelRequest):
     vary: Name

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Hashable
-from typing import Any
+from contextlib import suppress
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from slipfold.interface.explorer.mechanism import mechanism_of
 from slipfold.interface.explorer.messages import (
     MOST_PERIODS,
     ExponentsRequest,
+    OrbitThrough,
     SimulationRequest,
     SolutionRequest,
     TrajectoryRequest,
@@ -32,10 +34,11 @@ from slipfold.interface.explorer.plain import Check, Emit, now_and_then, number,
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.long_term.spectrum import Spectrum, find_spectrum
-from slipfold.models.angles import REVOLUTION
+from slipfold.models.angles import REVOLUTION, distances
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.find import ORBIT, periodic_orbit, shortest_period
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
 
@@ -66,10 +69,54 @@ def run_of(model: Model, request: SolutionRequest) -> tuple[Model, int | None]:
     return timed(model, request), request.periods
 
 
-def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
+class ShownOrbit(NamedTuple):
+    """An orbit as a script finds it."""
+
+    orbit: PeriodicOrbit
+    through: OrbitThrough  # from where
+    again: bool = True  # whether it is found from there
+    rounds: int = 1  # of a cycle: those of the one that doubled, which it is near
+
+
+def orbit_at(model: Model, vary: str, place: OrbitThrough) -> PeriodicOrbit:
+    """Return the orbit that a script finds from a place."""
+    there = model.replace(**{vary: place.value})
+    return periodic_orbit(there, place.period or 1, place.state, duration=place.duration)
+
+
+def found_again(model: Model, orbit: PeriodicOrbit, vary: str) -> ShownOrbit:
+    """Return an orbit of a branch as a script finds it, or itself where none does.
+
+    The other way of Newton's method leads to another rounding of the same orbit. At limits of a
+    model, where branches end, there may be no other way. A doubled branch begins at a shorter one.
+    """
+    rests, period = jacobian_of(orbit) is not None, 1
+    if model.forced and orbit.period > 1:
+        each = len(orbit.nodes)  # samples are as many from each of them
+        states = orbit.sample(each * orbit.period)[1][::each]
+        period = shortest_period(model, orbit.period, states)
+    names = [state.name for state in model.states]
+    place = OrbitThrough(
+        value=orbit.model.values[vary],
+        state=dict(zip(names, orbit.state.tolist(), strict=True)),
+        period=None if rests else period,
+        duration=None if rests or model.forced else orbit.duration,
+    )
+    rounds = 1 if model.forced else orbit.period
+    if rests:
+        return ShownOrbit(orbit, place)
+    with suppress(InputError):
+        found = orbit_at(model, vary, place)
+        if distances(orbit.model, found.state, orbit.state) < ORBIT.same:
+            return ShownOrbit(found, place, rounds=rounds)
+    return ShownOrbit(orbit, place, again=False)
+
+
+def orbit_view(shown: ShownOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
+    orbit, rounds = shown.orbit, shown.rounds
     model, jacobian = orbit.model, jacobian_of(orbit)
-    time, values = orbit.outputs(min(4 * PAGE.samples * orbit.period, PAGE.max_samples))
+    time, values = orbit.outputs(min(4 * PAGE.samples * rounds * orbit.period, PAGE.max_samples))
     time = np.append(time, orbit.duration)
     end = values[:1].copy()
     turned = [REVOLUTION * orbit.revolutions.get(state.name, 0) for state in model.states]
@@ -81,18 +128,16 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
         "phase": short(time / flow_of(model).constants_of(model).period),
         "states": {name: columns[name] for name in names},
         "outputs": {name: column for name, column in columns.items() if name not in names},
-        "spectrum": spectrum_view(find_spectrum(orbit, per_period=PAGE.samples), PAGE.orders),
+        "spectrum": spectrum_view(
+            find_spectrum(orbit, per_period=rounds * PAGE.samples), rounds * PAGE.orders
+        ),
         "multipliers": _pairs(orbit.multipliers),
         "eigenvalues": None if jacobian is None else _pairs(eigenvalues_of(jacobian)),
         "stable": orbit.stable,
-        "period": orbit.period,
+        "period": rounds * orbit.period,
         "value": number(model.values[vary]),
-        "through": {  # as `OrbitThrough`
-            "value": model.values[vary],
-            "state": dict(zip(names, orbit.state.tolist(), strict=True)),
-            "period": (orbit.period if model.forced else 1) if jacobian is None else None,
-            "duration": orbit.duration if jacobian is None and not model.forced else None,
-        },
+        "through": shown.through.model_dump(),
+        "again": shown.again,
         "mechanism": mechanism_of(model),
     }
 

@@ -277,7 +277,7 @@ export class OrbitPanel {
   /** What the server makes a file of: a script that finds the orbit again needs no branch, and waits for none. */
   requestFor(format) {
     const { answer, request } = this.#orbit;
-    return format === "python" ? { ...request, at: answer.through } : request;
+    return format === "python" && answer.again ? { ...request, at: answer.through } : request;
   }
 
   /** All pictures that are seen with their captions, for a file. */
