@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
@@ -313,42 +312,6 @@ class WholeMatrix(SquareMatrix):
     def _determinant(self) -> tuple[float, float]:
         sign, logarithm = np.linalg.slogdet(self.matrix)
         return float(sign), float(logarithm)
-
-
-class FactoredMatrix(WholeMatrix):
-    """A full matrix of hundreds of unknowns, factored once: a third of the time of an inverse."""
-
-    @cached_property
-    def _factors(self) -> tuple[Array, Array]:
-        from scipy.linalg import lu_factor
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a singular matrix solutions are not finite
-            found: tuple[Array, Array] = lu_factor(self._matrix, check_finite=False)
-        return found
-
-    def solve(self, right: Array, transposed: int = 0) -> Array:
-        """Return the solution for a right-hand side, not finite if the matrix is singular."""
-        from scipy.linalg import lu_solve
-
-        return np.asarray(lu_solve(self._factors, right, transposed, check_finite=False))
-
-    def solve_transposed(self, right: Array) -> Array:
-        """Return the solution with the transposed matrix."""
-        return self.solve(right, 1)
-
-    @cached_property
-    def _kernel(self) -> Array:
-        return self.solve(np.eye(1, len(self._matrix), len(self._matrix) - 1)[0])
-
-    @cached_property
-    def _determinant(self) -> tuple[float, float]:
-        factors, pivots = self._factors
-        diagonal = factors.diagonal()
-        swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
-        sign = np.sign(diagonal).prod() * (-1) ** swaps
-        with np.errstate(divide="ignore"):
-            return float(sign), float(np.log(np.abs(diagonal)).sum())
 
 
 class LeastSquares(WholeMatrix):

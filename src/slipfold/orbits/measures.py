@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import FactoredMatrix
+from slipfold.continuation.newton import WholeMatrix
 from slipfold.orbits.extrema import AVERAGED
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
@@ -109,7 +109,7 @@ class Extremal:
         for _ in range(MEASURE.borders):
             whole[:size, size] = left[:size] / np.linalg.norm(left[:size])
             whole[size, :size] = right[:size] / np.linalg.norm(right[:size])
-            bordered = FactoredMatrix(whole)
+            bordered = WholeMatrix(whole)
             right, left = bordered.solve(last), bordered.solve_transposed(last)
         sign = bordered.sign if np.isfinite(right).all() else np.nan
         # The row that holds a parameter has no part in this unit: others may be held instead.

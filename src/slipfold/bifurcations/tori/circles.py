@@ -11,7 +11,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, Point
-from slipfold.continuation.newton import Correction, FactoredMatrix
+from slipfold.continuation.newton import Correction, WholeMatrix
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
@@ -315,6 +315,6 @@ class _Linearized:
         parts = (self.defect, self.matrices, self.by_turns, self.by_free)
         return all(np.isfinite(part).all() for part in parts)
 
-    def bordered(self, row: Array) -> FactoredMatrix:
+    def bordered(self, row: Array) -> WholeMatrix:
         parts = (self.matrices, self.turns, self.by_turns, self.by_free)
-        return FactoredMatrix(np.vstack([self.circles.jacobian(*parts), row]))
+        return WholeMatrix(np.vstack([self.circles.jacobian(*parts), row]))
