@@ -96,7 +96,7 @@ class BatchedBranch:
     origin: Found[OrbitPoint] | None = None  # the period doubling at which it begins
     first: OrbitPoint | None = None  # its first orbit, if it begins on another branch
     stable: bool = False  # whether the first orbit is; not known of one that begins on another
-    end: str = ""  # "span", "limit", "loss" of stability, or why it was left
+    end: str = ""  # "span", "limit", or why it was left
     brackets: list[Bracket] = field(default_factory=list)  # of its bifurcations, in order
     found: list[Found[OrbitPoint]] = field(default_factory=list)  # its bifurcations, in order
     loss: Found[OrbitPoint] | None = None  # the one at which it loses its stability
@@ -107,7 +107,7 @@ class BatchedBranch:
     @property
     def ordinary(self) -> bool:
         """Whether it ended in a way that a batch can describe."""
-        return self.end in ("span", "limit", "loss")
+        return self.end in ("span", "limit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +137,7 @@ class Bracket:
 class Walk(FrontEquations):
     """Follows branches to their ends, and brackets what is to be located on them.
 
-    The last point of a branch that ends at a limit is the first orbit that breaks it. If `to_loss`,
-    a branch ends at the first point after it has lost its stability.
+    The last point of a branch that ends at a limit is the first orbit that breaks it.
     """
 
     crossing = FOLD, LP
@@ -149,10 +148,9 @@ class Walk(FrontEquations):
         branches: Sequence[BatchedBranch],
         span: tuple[float, float],
         steps: Steps,
-        to_loss: bool = False,
     ) -> None:
         k = len(branches)
-        self._orbits, self._branches, self._to_loss = orbits, branches, to_loss
+        self._orbits, self._branches = orbits, branches
         self._cases = np.array([branch.case for branch in branches])
         self._low, self._high = (value / orbits.width for value in (min(span), max(span)))
         model = orbits.model
