@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import pickle
 import signal
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
@@ -10,9 +11,12 @@ from types import SimpleNamespace
 import pytest
 
 from helpers.explorer_server import BASE, SLOW_PLANE, diagram, running_explorer
+from slipfold.interface.explorer import answering, trajectories
+from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import ExportRequest, parse_request
 from slipfold.interface.explorer.security import ServerLimits
-from slipfold.interface.explorer.workers import Job, Reply, Workers
+from slipfold.interface.explorer.workers import Job, Workers, _subject
 
 EXPONENTS = {"kind": "exponents", "id": 1, "model": "sliding"}
 
@@ -121,24 +125,45 @@ def test_a_request_waits_for_the_worker_that_knows_its_branches_unless_that_take
     assert workers._choose(made(diagram())) is home
 
 
-@pytest.mark.parametrize("view", [diagram(), SLOW_PLANE], ids=lambda view: view["kind"])
-def test_a_file_is_that_of_the_worker_that_made_what_is_shown(view):
+SHORT = {"kind": "simulation", "id": 1, "model": "sliding", "periods": 20}
+SMALL_PLANE = {**SLOW_PLANE, "x": {"name": "f", "span": [12.4, 12.41]}}
+SMALL_PLANE["y"] = {"name": "Nd", "span": [0.05, 0.06]}
+
+
+@pytest.mark.parametrize("view", [diagram(), SMALL_PLANE, SHORT], ids=lambda view: view["kind"])
+def test_a_file_is_made_of_what_is_shown_by_any_worker(view, monkeypatch):
     """Each worker ends what takes long by its own seconds, so that another makes another file."""
-    workers, job = Workers(None, 2, ServerLimits()), made(view)
-    job.number, job.deliver = 1, lambda reply: None
-    done = {"finish": lambda: None, "resident_bytes": lambda: 0, "dropping": False}
-    home, maker = (
-        SimpleNamespace(index=index, idle=False, ready=True, job=job, **done) for index in range(2)
-    )
-    workers._workers = [home, maker]
-    workers._received(maker, Reply(job.number, b""))
-    home.idle = True
-    file = Job(ExportRequest(view={**view, "id": 0}, format="nc"), 0, None, None)
-    assert workers._choose(file) is None
-    maker.idle = True
-    assert workers._choose(file) is maker
-    workers._workers = [home, home]
-    assert workers._choose(file) is home
+    request = parse_request(json.dumps(view))
+    maker, other = Answering(Catalogue()), Answering(Catalogue())
+    maker.answer(request, lambda view: None, lambda: None)
+    result = pickle.loads(pickle.dumps(maker.made(request)))
+    for module, name in (
+        (answering, "response"),
+        (answering, "bifurcation_set"),
+        (trajectories, "simulate"),
+    ):
+        monkeypatch.delattr(module, name)
+    other.adopt(request, result)
+    for each in (maker, other):
+        assert each.export(ExportRequest(view=request, format="csv"), lambda: None)
+
+
+def test_a_file_does_not_wait_for_what_takes_long(explorer):
+    with explorer.client() as client, explorer.http() as http:
+        client.send(SHORT)
+        client.until_done(1)
+        client.send({**SLOW_PLANE, "id": 2})
+        assert "progress" in client.receive()
+        assert http.post("/api/export", json={"view": SHORT, "format": "nc"}).content[:4]
+        client.send({"kind": "cancel", "id": 3, "of": "plane"})
+        while (answer := client.receive())["id"] != 3:
+            assert not answer["done"]
+
+
+def test_the_file_of_an_orbit_is_made_of_its_diagram():
+    orbit = {"kind": "orbit", "id": 3, **BASE, "at": {"branch": 1, "arclength": 0.1}}
+    views = [parse_request(json.dumps(view)) for view in (orbit, diagram(show="y"))]
+    assert len({*map(_subject, views)}) == 1
 
 
 def made(request, place=1):

@@ -13,7 +13,6 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.moved import moved_branches
 from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.computations.loci import bifurcation_set
-from slipfold.computations.long_term import simulate
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.interface.explorer.catalogue import Catalogue
@@ -36,6 +35,7 @@ from slipfold.interface.explorer.first_views import send_screen
 from slipfold.interface.explorer.friction import send_friction
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
+    DrawnRequest,
     ExportRequest,
     OnBranch,
     OrbitRequest,
@@ -59,10 +59,8 @@ from slipfold.interface.explorer.trajectories import (
     jacobian_of,
     orbit_at,
     orbit_view,
-    run_of,
     send_exponents,
     send_simulation,
-    start_of,
 )
 from slipfold.models.model import Model
 from slipfold.parameter_space.measurement import parse_measurement
@@ -72,6 +70,9 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.orbit import SavedOrbit
 from slipfold.results.records import provenance
 from slipfold.results.result import Result
+from slipfold.results.simulation import Simulation
+
+PlaneKey = tuple[Model, tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]
 
 
 class _Warm(Exception):
@@ -185,7 +186,7 @@ class Answering:
             result = self._plane(view, check)
         else:
             view = cast(SimulationRequest, view)
-            result = simulate(*run_of(model, view), start_of(model, view))
+            result = self._solutions.of(model, view, lambda note: None, check)
         if request.format in FIGURES:
             pinned = {}
             if isinstance(view, DiagramRequest):
@@ -197,6 +198,27 @@ class Answering:
                 read = parse_measurement(request.measured, name or "the file", model)
             return figure(result, view, request.format, pinned, read)
         return written(result, request.format)
+
+    def made(self, request: ViewRequest) -> Result | None:
+        """Return the whole result of which an answer showed parts, if it has one."""
+        model = self._catalogue.of(request)
+        if isinstance(request, DiagramRequest):
+            return self._diagrams.get(_key(model, request))
+        if isinstance(request, PlaneRequest):
+            return self._planes.get(_plane_key(model, request))
+        if isinstance(request, SimulationRequest):
+            return self._solutions.known(model, request)
+        return None
+
+    def adopt(self, view: DrawnRequest, result: Result) -> None:
+        """Take what another process made for a view in place of computing it."""
+        model = self._catalogue.of(view)
+        if isinstance(view, DiagramRequest | OrbitRequest):
+            keep(self._diagrams, _key(model, view), cast(Diagram, result))
+        elif isinstance(view, PlaneRequest):
+            keep(self._planes, _plane_key(model, view), cast(LocusDiagram, result))
+        elif isinstance(view, SimulationRequest):
+            self._solutions.keep(model, view, cast(Simulation, result))
 
     # -- what is computed ----------------------------------------------------------------------
 
@@ -267,11 +289,10 @@ class Answering:
         self, request: PlaneRequest, check: Check, observer: PlaneProgress | None = None
     ) -> LocusDiagram:
         """Return the bifurcation set that a request is about."""
-        model, plane = self._catalogue.of(request), (request.x.name, request.y.name)
-        window, watch = (request.x.span, request.y.span), _checking(check, observer)
-        found = self._planes.get(key := (model, plane, window))
+        watch, key = _checking(check, observer), _plane_key(self._catalogue.of(request), request)
+        found = self._planes.get(key)
         if found is None or (observer and key in self._late):  # a file is what is drawn
-            found = bifurcation_set(model, plane, window, on_progress=watch)
+            found = bifurcation_set(*key, on_progress=watch)
             (self._late.add if observer and observer.is_late else self._late.discard)(key)
         keep(self._planes, key, found)
         return found
@@ -330,6 +351,12 @@ def keep(diagrams: OrderedDict[Hashable, Any], key: Hashable, diagram: Any) -> N
 def _key(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
     """Return the key of a diagram."""
     return model, request.vary, request.span, str(request.also)
+
+
+def _plane_key(model: Model, request: PlaneRequest) -> PlaneKey:
+    """Return the key of a bifurcation set."""
+    x, y = request.x, request.y
+    return model, (x.name, y.name), (x.span, y.span)
 
 
 def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:

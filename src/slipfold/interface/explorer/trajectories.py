@@ -12,14 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.computations.long_term import lyapunov, simulate
-from slipfold.declarations import default_of
 from slipfold.errors import InputError
 from slipfold.flow.contact_trajectory import ContactPhase
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import initial_state
-from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import LastRound, Trajectory, last_periods, last_round
 from slipfold.interface.explorer.mechanism import mechanism_of
 from slipfold.interface.explorer.messages import (
@@ -41,6 +39,7 @@ from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.find import ORBIT, periodic_orbit, shortest_period
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
+from slipfold.results.simulation import Simulation
 
 
 def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
@@ -174,36 +173,42 @@ def spectrum_view(spectrum: Spectrum, orders: float, names: tuple[str, ...] = ()
     }
 
 
-TOLERANCE = default_of(simulate, "tolerance")
-
-
 class KeptTrajectories:
-    """The trajectories that were integrated last: views of one do not integrate it again."""
+    """The solutions that were computed last: views and files of one do not compute it again."""
 
     def __init__(self) -> None:
-        self._kept: OrderedDict[Hashable, Trajectory] = OrderedDict()
+        self._kept: OrderedDict[Hashable, Simulation] = OrderedDict()
 
     def of(
         self, model: Model, request: SolutionRequest, emit: Emit, check: Check = lambda: None
-    ) -> Trajectory:
-        """Return the trajectory that a request is about; send how far it is."""
+    ) -> Simulation:
+        """Return the solution that a request is about; send how far it is."""
 
         def note(now: Progress) -> dict[str, Any]:
+            if now.stage == "checks":
+                return {"far": "the whole motion"}
             return {"far": f"{now.done} of {now.total} periods" if model.forced else now.text}
 
-        start = initial_state(model, start_of(model, request))
-        key = model, tuple(start.tolist()), request.periods, request.interval
+        key, start = _key(model, request), start_of(model, request)
         if key not in self._kept:
-            self._kept[key] = integrate(
-                *run_of(model, request),
-                start,
-                tolerance=TOLERANCE,
-                observer=now_and_then(emit, check, note),
-            )
+            watch = now_and_then(emit, check, note)
+            self.keep(model, request, simulate(*run_of(model, request), start, on_progress=watch))
         self._kept.move_to_end(key)
+        return self._kept[key]
+
+    def known(self, model: Model, request: SolutionRequest) -> Simulation | None:
+        """Return the solution that a request is about, if it is kept."""
+        return self._kept.get(_key(model, request))
+
+    def keep(self, model: Model, request: SolutionRequest, solution: Simulation) -> None:
+        """Keep a solution that a request is about."""
+        self._kept[_key(model, request)] = solution
         while len(self._kept) > PAGE.solutions:
             self._kept.popitem(last=False)
-        return self._kept[key]
+
+
+def _key(model: Model, request: SolutionRequest) -> Hashable:
+    return model, *start_of(model, request).items(), request.periods, request.interval
 
 
 def send_simulation(

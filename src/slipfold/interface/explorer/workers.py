@@ -7,6 +7,7 @@ import itertools
 import json
 import logging
 import multiprocessing
+import pickle
 import signal
 import sys
 import threading
@@ -26,7 +27,6 @@ from slipfold.interface.explorer.messages import (
     DiagramRequest,
     ExportRequest,
     OrbitRequest,
-    PlaneRequest,
     PostedRequest,
     Quick,
     ViewRequest,
@@ -47,6 +47,7 @@ class WorkerTask(NamedTuple):
 
     number: int  # number of the job
     request: ViewRequest | PostedRequest  # the request
+    made: bytes | None = None  # of a file, what was made for its view, pickled
 
 
 class Reply(NamedTuple):
@@ -56,6 +57,7 @@ class Reply(NamedTuple):
     body: bytes  # JSON, or the file of an export
     last: bool = True  # whether it is the last one
     refused: bool = False  # whether the body is the sentence of a refusal over HTTP
+    made: bytes | None = None  # the result that the body shows parts of, pickled
 
 
 class Superseded(Exception):
@@ -96,7 +98,7 @@ def _warm_up(answering: Answering, is_wanted: Callable[[], bool]) -> None:
 
 def _reply(answering: Answering, task: WorkerTask, connection: Connection, current: Any) -> Reply:
     """Compute one task; return its last reply."""
-    number, request = task
+    number, request, made = task
     held = b""
 
     def check() -> None:
@@ -113,11 +115,14 @@ def _reply(answering: Answering, task: WorkerTask, connection: Connection, curre
 
     try:
         if isinstance(request, ExportRequest):
+            if made is not None:
+                answering.adopt(request.view, pickle.loads(made))
             return Reply(number, answering.export(request, check))
         if isinstance(request, PostedRequest):
             return Reply(number, json.dumps(answering.post(request)).encode())
         answering.answer(request, emit, check)
-        return Reply(number, held)
+        result = answering.made(request)
+        return Reply(number, held, made=None if result is None else pickle.dumps(result))
     except Superseded:
         return Reply(number, b"")
     except InputError as error:
@@ -169,6 +174,7 @@ class Job:
     position: int = 0
     since: float = 0.0  # time at which it was submitted
     cancelled: bool = False
+    made: bytes | None = None  # of a file, what was made for its view
 
     @property
     def kind(self) -> str:
@@ -178,8 +184,9 @@ class Job:
     @property
     def is_quick(self) -> bool:
         """Whether it takes a moment at most, so that it must not wait for what takes long."""
-        made = self.request
-        return isinstance(made, Quick) or (isinstance(made, ExportRequest) and made.is_text)
+        asked = self.request
+        is_text = isinstance(asked, ExportRequest) and asked.is_text
+        return isinstance(asked, Quick) or is_text or self.made is not None
 
     @property
     def order(self) -> int:
@@ -228,7 +235,7 @@ class WorkerProcess:
         self.job = job
         self.current.value = job.number
         with suppress(OSError):  # it may just have ended: the listener will say so
-            self.connection.send(WorkerTask(job.number, job.request))
+            self.connection.send(WorkerTask(job.number, job.request, job.made))
 
     def drop(self) -> None:
         """Let it drop its job at the next point of a branch."""
@@ -285,8 +292,9 @@ KILLED = (
 
 
 def _subject(view: ViewRequest) -> str:
-    """Return what a view is about, whatever is shown of it."""
-    return view.model_dump_json(exclude={"id", "slot", "show", "statistic"})
+    """Return what a view is about, whatever is shown of it: of an orbit its diagram."""
+    shown = {"id", "slot", "show", "statistic", "rests", "at"}
+    return view.model_dump_json(exclude=shown).replace('"kind":"orbit"', '"kind":"diagram"')
 
 
 class Workers:
@@ -305,7 +313,7 @@ class Workers:
         self._numbers = itertools.count(READY + 1)
         self._pending: list[Job] = []
         self._workers: list[WorkerProcess] = []
-        self._makers: OrderedDict[Hashable, WorkerProcess] = OrderedDict()  # by subject
+        self._made: OrderedDict[Hashable, bytes] = OrderedDict()  # by subject, pickled
         self._failed_starts = 0
         self._extra = True  # whether one more may start for quick jobs
         self._stopping = False
@@ -338,6 +346,9 @@ class Workers:
         if self._failed_starts >= self._limits.failed_starts:
             job.fail(NONE_STARTS)
             return
+        if isinstance(job.request, ExportRequest):
+            # Each worker has its own seconds after which curves end: it would make another file.
+            job.made = self._made.get(_subject(job.request.view))
         self._pending.append(job)
         job.since = perf_counter()
         self._dispatch()
@@ -375,11 +386,6 @@ class Workers:
             if late and self._extra and len(self._workers) == self._count:
                 self._workers.append(self._started(self._count))
             return idle[0] if idle else None
-        # Each has its own seconds after which curves end: another would make another file.
-        made = job.request.view if isinstance(job.request, ExportRequest) else None
-        maker = self._makers.get(_subject(made)) if made else None
-        if maker is not None and maker in self._workers:
-            return maker if maker.idle else None
         idle = [worker for worker in self._workers[: self._count] if worker.idle]
         if job.request.slow:
             # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
@@ -421,8 +427,8 @@ class Workers:
         elif worker.job is not None and worker.job.number == reply.number:
             job = worker.job
             if reply.last:
-                if isinstance(job.request, DiagramRequest | PlaneRequest):
-                    keep(self._makers, _subject(job.request), worker)
+                if reply.made is not None and not isinstance(job.request, PostedRequest):
+                    keep(self._made, _subject(job.request), reply.made)
                 worker.finish()
                 if worker.resident_bytes() > self._limits.worker_bytes:
                     self._workers[worker.index] = self._started(worker.index)
