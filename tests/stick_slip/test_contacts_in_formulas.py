@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import brentq, fsolve
 
 import slipfold as sf
 
@@ -204,6 +206,78 @@ def test_orbits_are_not_followed_on_a_wall():
     ):
         with pytest.raises(sf.InputError, match="the slip of the contact F is zero or swings"):
             sf.response(model, "mu", (0.1, 0.2))
+
+
+RELAY = sf.System(
+    parameters={"z": 0.05},
+    states={"x": {"rate": "y - 3*x + z*u", "start": 0.1}, "y": "w - 3*x + u", "w": "u - x"},
+    contacts={"u": {"slip": "-x", "normal": "1", "friction": {"law": "Coulomb", "mu_k": 1}}},
+)
+"""Feedback by a relay round a linear system: nothing slides without it."""
+
+
+def relay_cycle(z):
+    """Duration and largest x of the cycle whose halves are mirrored."""
+    A, B, one = np.array([[-3, 1, 0], [-3, 0, 1], [-1, 0, 0]]), np.array([z, 1, 1]), np.eye(3)
+
+    def pushed(time):
+        return np.linalg.solve(A, (expm(A * time) - one) @ B)
+
+    def start(half):
+        return np.linalg.solve(expm(A * half) + one, pushed(half))
+
+    half = brentq(lambda half: start(half)[0], 0.3, 5, xtol=1e-14)
+
+    def after(time):
+        return expm(A * time) @ start(half) - pushed(time)
+
+    top = brentq(lambda time: (A @ after(time) - B)[0], 1e-3 * half, 0.9 * half, xtol=1e-14)
+    return 2 * half, after(top)[0]
+
+
+@pytest.mark.parametrize("begin", [{}, {"settled": True}, {"start": {"x": 0.03}}])
+def test_cycles_are_followed_where_nothing_slides_all_the_time(begin):
+    (branch,) = sf.response(RELAY, "z", (-0.05, -0.5), **begin).branches
+    assert branch.stopped.kind == "span"
+    for which, z in ((0, -0.05), (-1, -0.5)):
+        duration, top = relay_cycle(z)
+        assert branch.durations[which] == pytest.approx(duration, rel=1e-9)
+        assert branch.extrema.maximum[which, 0] == pytest.approx(top, rel=1e-8)
+
+
+PUMPED = sf.System(
+    parameters={"W": 1.9},
+    states={
+        "phi": {"rate": "w", "angle": True, "start": 0.5},
+        "w": "-(1 + 0.4*cos(W*t))*sin(phi) - 0.02*w + M",
+    },
+    contacts={"M": {"slip": "-w", "normal": 1, "friction": {"law": "Coulomb", "mu_k": 0.03}}},
+    forcing={"period": "2*pi/W"},
+)
+"""A pendulum with dry friction in its hinge, whose support is shaken."""
+
+
+@pytest.mark.parametrize("begin", [{"settled": True}, {"start": {"phi": 1.4, "w": -0.2}}])
+def test_orbits_of_two_periods_are_followed_where_nothing_slides_all_the_time(begin):
+    (branch,) = sf.response(PUMPED, "W", (1.9, 1.8), **begin).branches
+
+    def missed(turn, top):  # half of the orbit, from one turn to the next, is mirrored
+        span = (turn, turn + 2 * math.pi / 1.9)
+
+        def rates(t, y):
+            return (y[1], 0.03 - 0.02 * y[1] - (1 + 0.4 * np.cos(1.9 * t)) * np.sin(y[0]))
+
+        found = solve_ivp(rates, span, (top, 0), method="DOP853", rtol=1e-12, atol=1e-13)
+        return found.y[:, -1] + [top, 0]
+
+    _, top = fsolve(lambda unknown: missed(*unknown), (0.1, 1.43), xtol=1e-12)
+    assert branch.period == 2
+    assert branch.extrema.maximum[0, 0] == pytest.approx(top, rel=1e-9)
+
+
+def test_a_motion_that_repeats_later_says_when():
+    with pytest.raises(sf.InputError, match="repeats after 2 forcing periods, not after 1; ask"):
+        sf.periodic_orbit(PUMPED)
 
 
 def test_numbers_in_a_law_are_part_of_the_key_of_compiled_code(tmp_path, monkeypatch):

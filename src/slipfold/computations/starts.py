@@ -47,15 +47,15 @@ def first_begin(
 ) -> tuple[Begin | None, tuple[TorusBranch, ...]]:
     """Return where the first branch begins, None for the response; or the tori instead."""
     # Where a moving surface stands still nothing slides all the time: a solution leads to an orbit.
-    standstill = model.forced and not may_slip(model)
-    if not standstill:
-        check_followed(model)
-    if start is None and not settled and not standstill:
+    asked = start is not None or settled
+    if not asked and may_slip(model):
         return None, ()
     there, state = _start(model, vary, span, start or {})
     try:
         return _begin(there, vary, state, settled, on_progress), ()
     except InputError:
+        if not (asked or model.forced):
+            check_followed(model)
         if not (settled and tori and may_slip(there)):
             raise
         result = tori_from(there, vary, state, span, settings, on_progress)
@@ -214,19 +214,18 @@ def _begin(
     there: Model, vary: str, state: dict[str, float], settled: bool, on_progress: Observer | None
 ) -> Begin:
     """Return where the first branch begins: near a state, or at the attractor reached from it."""
-    at = there.values[vary]
-    if there.forced and not may_slip(there):
-        try:
-            return Begin(at, periodic_orbit(there, state=state or None))
-        except InputError as error:
-            raise InputError(f"at {vary} = {at:g} {error}") from None
-    if settled:
-        send = searching(on_progress, at)
-        result = attractor_from(there, state, lambda progress: send(progress.done))
-    elif state or not there.forced:
-        result = orbit_near(there, state)
-    else:
-        result = periodic_orbit(there)
+    at, slides = there.values[vary], may_slip(there)
+    try:
+        if settled:
+            send = searching(on_progress, at)
+            result = attractor_from(there, state, lambda progress: send(progress.done))
+        elif state or (slides and not there.forced):
+            result = orbit_near(there, state)
+        else:
+            result = periodic_orbit(there)
+    except InputError as error:
+        raise error if slides else InputError(f"at {vary} = {at:g} {error}") from None
     if isinstance(result, PeriodicOrbit):
         return Begin(at, result)
+    check_followed(there)
     return Begin(at, state=result)

@@ -15,7 +15,7 @@ from slipfold.errors import InputError, refusal
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
+from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import has_slopes, measured
 from slipfold.flow.simulate import HybridIntegration, initial_state, reaches_stick_limit, simulate
@@ -287,7 +287,14 @@ class _Search:
                     if growth < 1 and away * (1 - growth) < ORBIT.astray * drift:
                         return orbits, z, found
         _refuse_stopped(hybrid.stopped)
-        return self._from_node(hybrid.model, hybrid.states[-1])
+        last, *before = hybrid.states[: -2 - ORBIT.max_period : -1]
+        back = np.flatnonzero(distances(hybrid.model, np.array(before), last) < ORBIT.repeated)
+        if len(back) and (after := int(back[0]) + 1) > self.period:
+            raise InputError(
+                f"the motion of {self.model.name} repeats after {after} forcing periods, not "
+                f"after {self.period}; ask for period {after}, or give a state nearer to another"
+            )
+        return self._from_node(hybrid.model, last)
 
     def in_slip(self, orbit: PeriodicOrbit) -> PeriodicOrbit:
         """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""
@@ -439,6 +446,8 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
     start = initial_state(model, state)
     if model.forced:
         return _forced_orbit(model, start)
+    if not may_slip(model):
+        return periodic_orbit(model, state=start)
     if _returns(model, start):
         with suppress(InputError):
             return periodic_orbit(model, state=start)
@@ -452,11 +461,8 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
-    constants = flow_of(model).constants_of(model)
-    pieces = GuardedFlow(model, constants, start).pieces(start, 2 * max(ORBIT.periods))
-    states = np.concatenate([piece.states for piece in pieces])
-    apart = np.abs(wrap_angles(states - start, model.angle_periods) / constants.scales)
-    likely = np.flatnonzero(apart.max(axis=1) <= ORBIT.returned)[:1] + 1
+    states = simulate(model, 2 * max(ORBIT.periods), start).states[1:]
+    likely = np.flatnonzero(distances(model, states, start) <= ORBIT.returned)[:1] + 1
     failure: InputError | None = None
     for period in dict.fromkeys((*likely.tolist(), *ORBIT.periods)):
         try:
