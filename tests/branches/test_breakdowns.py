@@ -201,6 +201,15 @@ def test_a_start_where_a_rate_is_infinite_is_left_without_a_warning():
     assert branch.states[:, 0] ** 2 == pytest.approx(branch.parameter, rel=1e-12)
 
 
+@pytest.mark.parametrize("span", [(0.5, 0.6), (3.0, 2.0)])  # segments overflow, or their product
+def test_perturbations_that_outgrow_all_numbers_are_named_without_a_warning(span):
+    relaxation = {"x": "(y - x^3/3 + x)/1e-3", "y": "-x + F*cos(W*t)"}
+    forcing = {"period": "2*pi/W", "amplitude": "F"}
+    model = sf.System(parameters={"W": 1.5, "F": 0.5}, states=relaxation, forcing=forcing)
+    with pytest.raises(sf.InputError, match="outgrow all numbers"):
+        sf.response(model, "W", span)
+
+
 def test_multipliers_whose_products_overflow_end_a_branch():
     from slipfold.bifurcations.branches.stops import stop_unresolved
 

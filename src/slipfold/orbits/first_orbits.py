@@ -114,11 +114,14 @@ def _from_zero_forcing(
     rising = orbits.at_values_of(model).varying({forcing: abs(target)})
     rest = guess_orbit(rising, 0.0)
     if not rest.converged:
-        return f"there is no rest state with {forcing} = 0: {rest.failure}"
+        return f"no rest state with {forcing} = 0 was found: {rest.failure}"
+    growth = _growth(rest)
     # Growth of an undamped state by rounding is none.
-    settled = from_rest(FIRST.settling[:1], stable=True) if _growth(rest) > 1 + 1e-6 else None
+    settled = from_rest(FIRST.settling[:1], stable=True) if growth > 1 + 1e-6 else None
     if settled is not None:
         return settled
+    if np.isinf(growth):
+        return f"perturbations of the rest state with {forcing} = 0 outgrow all numbers in a period"
     reached = continue_to(
         rising, rest.z, target, lambda point: broken_limit(rising, point.z), RISING
     )
@@ -132,8 +135,9 @@ def _from_zero_forcing(
 
 
 def _growth(found: Correction) -> float:
-    """Return the largest modulus of an orbit's multipliers."""
-    return float(np.abs(np.linalg.eigvals(found.linearization.product)).max())
+    """Return the largest modulus of an orbit's multipliers, infinity where their product is."""
+    whole = found.linearization.product
+    return float(np.abs(np.linalg.eigvals(whole)).max()) if np.isfinite(whole).all() else np.inf
 
 
 def _from_rest(

@@ -362,7 +362,8 @@ class Linearization:
 
 def product_of(factors: Array) -> Array:
     """Return the products of matrices, the first on the right: (..., m, n, n) to (..., n, n)."""
-    *_, whole = _products(factors)
+    with np.errstate(over="ignore", invalid="ignore"):  # perturbations may outgrow all numbers
+        *_, whole = _products(factors)
     return whole[..., 0, :, :]
 
 

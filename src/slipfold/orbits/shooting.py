@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 
 from slipfold.arrays import Array, Indices
+from slipfold.continuation.newton import SINGULAR
 from slipfold.flow.equations import Constants
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -32,6 +33,8 @@ class Shooting(Discretization):
 
     `phase` is that of the first node.
     """
+
+    undefined = f"{SINGULAR}, or perturbations outgrow all numbers"
 
     def __init__(
         self,
