@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import slipfold as sf
-from slipfold.interface.explorer.mechanism import mechanism_of
+from slipfold.interface.explorer.mechanism import loops_of, mechanism_of
 from slipfold.models.registry import model_of_text
 
 MODELS = Path(__file__).parent / "models"
@@ -26,6 +27,25 @@ def test_a_chain_has_the_same_mechanism_from_equations_and_from_matrices():
     neighbors = [[body, body + 1] for body in range(size - 1)]
     assert sorted(mechanism_of(chain)["springs"]) == sorted([[0, -1], *neighbors, [9, -1]])
     assert mechanism_of(chain)["dashpots"] == []  # each mass has one, which says nothing
+
+
+BRISTLES = model_of_text((MODELS / "bristles.toml").read_text())
+PLANAR = sf.SlidingOscillator(friction=sf.LuGre(), f=12.0)
+
+
+@pytest.mark.parametrize(("model", "size"), [(BRISTLES, 1.0), (PLANAR, PLANAR.L)])
+def test_the_friction_loops_of_contacts_that_never_stick_enclose_the_work(model, size):
+    orbit = sf.periodic_orbit(model)
+    names = [item.name for item in (*model.states, *model.outputs())]
+    values = dict(zip(names, orbit.outputs(4096)[1].T, strict=True))
+    work = 0.0
+    for loop in loops_of(model):
+        moved = sum(weight * values[name] for name, weight in loop["along"].items())
+        rate = np.fft.ifft(2j * np.pi * np.fft.fftfreq(4096, 1 / 4096) * np.fft.fft(moved)).real
+        work += size * np.mean(values[loop["force"]] * rate)
+    power = np.mean(values["power_plate"] - values["power_friction"])
+    assert work == pytest.approx(power * orbit.duration, rel=1e-6)
+    assert not loops_of(sf.SlidingOscillator())  # its simulation shows them
 
 
 def test_contacts_elements_and_forces_stand_where_the_file_puts_them():

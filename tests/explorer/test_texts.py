@@ -89,13 +89,16 @@ def test_equations_are_written_as_by_hand_with_their_sources():
     assert found["|Rpad|"].endswith(" N at most")
     assert found["P3"] == "F cos(2π f t + φ)"
     assert found["μ(|s|)"].startswith("μk")
+    gauss = sf.Regularized(sf.Stribeck(exponent=2))
+    pad = sf.FrictionContact("x", gauss, 2.0)
+    assert rows(sf.Structure([[1]], [[0]], [[1]], names="x", contacts=pad))["n"] == "2"
 
 
 @pytest.mark.parametrize(
     ("law", "expected"),
     [
         (sf.LuGre(), {"R1": "N (σ₀ z + σ₁ z′ + σ₂ s)", "z′": "s − σ₀ |s| z/g(|s|)"}),
-        (sf.BoucWen(), {"R1": "N z", "z′": "A s − |z|^(n−2) z (b |s·z| + c s·z)"}),
+        (sf.BoucWen(), {"R1": "N z", "z′": "A s − |z|^(n−2) z (b |s·z| + c s·z)", "n": "2"}),
         (sf.CubicStribeck(), {"μ(|s|)": "μs − (μs − μm) |s| (3 − |s|²/vm²)/(2 vm)"}),
         (sf.Iwan(), {"R1": "Sum of mu_k N z ", "z′": "w − z |z|^(n−2) max(w·z, 0)"}),
         (sf.Regularized(sf.Coulomb(mu_k=0.3)), {"μ(|s|)": "μ₀(|s|) g(|s|/ε)", "μ₀(|s|)": "μk"}),

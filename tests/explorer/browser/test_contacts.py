@@ -1,6 +1,8 @@
 """Contacts of a simulated motion: the mechanism stops where it sticks, with its pictures below."""
 
 import re
+from pathlib import Path
+from urllib.parse import urlencode
 
 import pytest
 from playwright.sync_api import expect
@@ -30,6 +32,17 @@ def tip(explorer):
     transform = explorer.page.locator(".contacts .tip-group").get_attribute("transform")
     x, y = map(float, re.findall(r"-?[\d.]+(?:e-\d+)?", transform))
     return x, -y
+
+
+def test_an_orbit_has_the_friction_loop_of_a_contact_that_never_sticks(explorer):
+    bristles = (Path(__file__).parents[1] / "models" / "bristles.toml").read_text()
+    explorer.open(urlencode({"model": "own bristles", "text": bristles}))
+    loop = explorer.page.locator("#plot-loop")
+    expect(loop.locator(".tint-1")).not_to_have_count(0)
+    expect(loop).to_contain_text("x (m)")
+    explorer.open("model=sliding")
+    explorer.page.wait_for_selector(".orbit[data-drawn][aria-busy=false]")
+    expect(loop).to_be_hidden()
 
 
 @pytest.mark.long

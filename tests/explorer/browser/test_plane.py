@@ -128,6 +128,9 @@ def test_a_motion_at_the_ring_is_described_beside_the_plane(plane):
     plane.page.mouse.move(5, 5)
     line = plane.page.locator(".under-pointer")
     expect(line).to_contain_text(re.compile("At the ring: .*settled"))
+    plane.type("Nd", 5)  # beyond the plane there is no ring to speak of
+    expect(line).to_have_text("")
+    expect(plane.page.get_by_role("button", name="Simulate at the ring")).to_be_disabled()
 
 
 def test_loci_are_drawn_before_regions_and_explained(watched):

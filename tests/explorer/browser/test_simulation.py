@@ -111,6 +111,17 @@ def test_views_of_a_torus_follow_what_is_chosen(explorer):
     expect(motion).to_be_hidden()
 
 
+def test_the_usual_window_has_words_before_its_number_is_known(new_tab):
+    views = new_tab.holding(lambda answer: answer["kind"] == "motion")
+    views.is_on = True
+    page = new_tab.open("model=sliding&p.Nd=0.3").page
+    page.get_by_role("button", name="From rest").click()
+    usual = page.get_by_label("in the last").locator("option").first
+    expect(usual).to_have_text("usual number of periods")
+    views.let_go()
+    expect(usual).to_have_text("32 periods")
+
+
 PID = """
 [parameters]
 k = { value = 0.1, unit = "N" }

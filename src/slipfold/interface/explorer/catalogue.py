@@ -13,6 +13,7 @@ from typing import Any
 from slipfold.errors import InputError, refusal, suggest
 from slipfold.flow.modes import contacts_of
 from slipfold.interface.explorer.first_views import chosen_span, first_view, slider_range
+from slipfold.interface.explorer.mechanism import loops_of
 from slipfold.interface.explorer.messages import UNNAMED, ViewRequest
 from slipfold.interface.explorer.plain import axis_of
 from slipfold.interface.explorer.settings import PAGE
@@ -163,6 +164,7 @@ def _described(name: str, model: Model) -> dict[str, Any]:
         "contacts": [
             {"name": item.name, "directions": len(item.slip)} for item in contacts_of(model)
         ],
+        "loops": loops_of(model),
         "outputs": [axis_of(model, item.name) for item in model.outputs()],
         "parameters": [_parameter(model, item, first) for item in knobs],
         "vary": [item.name for item in knobs],

@@ -209,13 +209,14 @@ class GapsProgress:
 def plane_view(result: LocusDiagram) -> dict[str, Any]:
     """Return a bifurcation set as plain data."""
     first, second = result.vary
+    notes = [*([] if result.loci else ["no bifurcation was found in this window"]), *result.missing]
     return {
         "x": {**axis_of(result.model, first), "span": list(result.window[0])},
         "y": {**axis_of(result.model, second), "span": list(result.window[1])},
         "loci": loci_view(result.loci),
         "checked": checked_view(result.checked),
         "regions": None if result.regions is None else _regions(result.regions),
-        "note": f"unfinished: {LONG}" if result.interrupted else "; ".join(result.missing) or None,
+        "note": f"unfinished: {LONG}" if result.interrupted else "; ".join(notes) or None,
     }
 
 

@@ -235,6 +235,8 @@ def _coefficient(law: FrictionLaw, named: Mapping[str, str], name: str = "μ") -
     """Yield the friction coefficient, and that of the law which it regularizes."""
     text = _said(type(law).formula, {**named, "v": "|s|"}) or law.label
     yield [f"{name}(|s|)", text, "" if text == law.label else law.label]
+    if hasattr(law, "exponent"):
+        yield ["n", str(law.exponent), "exponent"]
     if isinstance(law, Regularized):
         yield from _coefficient(law.law, named, "μ₀")
 

@@ -20,6 +20,7 @@ from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.forcing import PeriodicForce
 from slipfold.models.structures.matrices import Matrix
 from slipfold.models.structures.structure import Structure
+from slipfold.models.unforced import Unforced
 
 NONE = 1e-9
 """Stiffness or damping, over that of its mass, that is a rounding error and no spring."""
@@ -43,6 +44,33 @@ def mechanism_of(model: Model) -> dict[str, Any] | None:
     if isinstance(model, Structure):
         return _of_structure(model)
     return _of_equations(model)
+
+
+def loops_of(model: Model) -> list[dict[str, Any]]:
+    """Return friction forces that are outputs, with displacements along them as sums of states.
+
+    Contacts that stick are left out: their trajectories show when they do.
+
+    >>> from slipfold.models.friction.with_memory import LuGre
+    >>> loops_of(SlidingOscillator(friction=LuGre()))[1]
+    {'force': 'Fy', 'along': {'y': 1.0}}
+    """
+    sliding = model.forced_model if isinstance(model, Unforced) else model
+    if isinstance(sliding, SlidingOscillator):
+        axes = () if sliding.friction.sticks else ("x", "y")
+        return [{"force": f"F{axis}", "along": {axis: 1.0}} for axis in axes]
+    if not isinstance(sliding, Structure):
+        return []
+    names = sliding._assembly.names
+    return [
+        {
+            "force": contact._full_name(f"F{axis}"),
+            "along": {names[int(i)]: float(row[i]) for i in np.flatnonzero(row)},
+        }
+        for placed, contact in sliding._assembly.friction_contacts
+        if not contact.law.sticks
+        for axis, row, _ in zip("xy", placed.rows, contact.along, strict=False)
+    ]
 
 
 def _of_equations(model: Model) -> dict[str, Any] | None:

@@ -71,8 +71,8 @@ def plain_text(formula: str) -> str:
 SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$(?: (\w+))?")
 """A symbol in mathtext, its subscript, and the part of a structure that it belongs to."""
 
-NUMBERED = re.compile(rf"([A-Za-z]|{SMALL.replace(' ', '|')})([0-9]*)")
-"""A name that reads as a symbol: one letter, and perhaps a number."""
+NUMBERED = re.compile(rf"(v(?=\w+[0-9]))?([A-Za-z]|{SMALL.replace(' ', '|')})([0-9]*)")
+"""A name that reads as a symbol: one letter, and perhaps a number; or v and the state it is of."""
 
 
 def axis_of(model: Model, name: str) -> dict[str, Any]:
@@ -96,14 +96,16 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
 def formula_of(name: str) -> str:
     r"""Return a name as mathtext where it reads as a symbol.
 
-    >>> formula_of("tau1"), formula_of("w"), formula_of("speed")
-    ('$\\tau_1$', '$w$', 'speed')
+    >>> formula_of("tau1"), formula_of("w"), formula_of("vx2"), formula_of("speed")
+    ('$\\tau_1$', '$w$', '$v_{x2}$', 'speed')
     """
     found = NUMBERED.fullmatch(name)
     if found is None:
         return name
-    letter = found[1] if len(found[1]) == 1 else rf"\{found[1]}"
-    return f"${letter}_{found[2]}$" if found[2] else f"${letter}$"
+    letter = found[2] if len(found[2]) == 1 else rf"\{found[2]}"
+    if found[1]:
+        return f"$v_{{{letter}{found[3]}}}$"
+    return f"${letter}_{found[3]}$" if found[3] else f"${letter}$"
 
 
 def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:

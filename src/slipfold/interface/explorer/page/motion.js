@@ -261,7 +261,7 @@ export class MotionPanel {
     const all = {
       view: Object.entries(NAMES).map(([value, text]) => ({ value, text })),
       across: options, up: options,
-      window: [{ value: "", text: this.#motion ? `${this.#motion.periods} ${each}` : each }, ...lasts],
+      window: [{ value: "", text: this.#motion ? `${this.#motion.periods} ${each}` : `usual number of ${each}` }, ...lasts],
       scale: [
         { value: "unit", text: unit }, { value: "largest", text: "dB re the largest line" },
         ...(reference ? [{ value: "reference", text: `dB re ${reference}`, title: "Root mean square over the reference of ISO 1683" }] : []),

@@ -16,6 +16,8 @@ const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
  * @property {(name: string) => object} quantity describes a state or output
  * @property {boolean} isForced
  * @property {Record<string, string>} rates states that are rates of others, by the names of these
+ * @property {{force: string, along: Record<string, number>}[]} loops friction forces that are outputs, and
+ *   the displacements along them as sums of states
  */
 
 /**
@@ -28,7 +30,7 @@ const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
 function orbitPlots(onPhase) {
   return [
     timeSeries(onPhase), phasePortrait(), path(), spectrum(), multipliers(), eigenvalues(),
-    forces(onPhase),
+    forces(onPhase), frictionLoop(),
   ];
 }
 
@@ -86,6 +88,39 @@ function phasePortrait() {
 function path() {
   const isPlanar = ({ states, mechanism }) => "x" in states && "y" in states && mechanism?.kind === "sliding";
   return portrait(new SmallPlot("path", "Path of the tip", { isEqual: true }), () => ["x", "y"], isPlanar);
+}
+
+/** Friction forces over the displacements of their contacts: what no simulation shows of contacts that never stick. */
+function frictionLoop() {
+  const plot = new SmallPlot("loop", "Friction loop");
+  const seen = ({ answer, loops }) => loops.filter(({ force }) => force in answer.outputs);
+  const displaced = ({ states }, { along }) => {
+    const parts = Object.entries(along);
+    return states[parts[0][0]].map((_, i) => parts.reduce((sum, [name, weight]) => sum + weight * states[name][i], 0));
+  };
+  return {
+    plot,
+    fits: (orbit) => seen(orbit).length > 0,
+    isBlank: isEquilibrium,
+    draw: (orbit) => {
+      const all = seen(orbit);
+      const alone = all.length === 1 && Object.values(all[0].along).join() === "1";
+      const [moved] = Object.keys(all[0].along).map(orbit.quantity);
+      plot.draw({
+        x: { label: alone ? axisTitle(moved) : axisTitle({ ...moved, label: "displacement" }) },
+        y: { label: axisTitle({ ...orbit.quantity(all[0].force), label: "friction" }) },
+        lines: all.map((loop, i) => ({
+          x: displaced(orbit.answer, loop), y: orbit.answer.outputs[loop.force], tint: `tint-${(i % 3) + 1}`,
+          name: all.length > 1 ? orbit.quantity(loop.force).label ?? loop.force : undefined,
+        })),
+      });
+    },
+    point: (orbit, phase) => plot.point({
+      dots: seen(orbit).map((loop) => ({
+        x: sampled(displaced(orbit.answer, loop), phase), y: sampled(orbit.answer.outputs[loop.force], phase), tint: "live",
+      })),
+    }),
+  };
 }
 
 /** One state over another, with a dot at the start of each forcing period. */
@@ -292,7 +327,7 @@ export class OrbitPanel {
     // The motion runs on while another model is computed: its quantities are those of its own model.
     const described = [...model.parameters, ...model.states, ...model.outputs];
     const quantity = (name) => described.find((item) => item.name === name);
-    this.#orbit = { answer, quantity, isForced: model.forced, rates: model.rates, view, request };
+    this.#orbit = { answer, quantity, isForced: model.forced, rates: model.rates, loops: model.loops, view, request };
     this.cursor.adopt(answer.t.at(-1) - answer.t[0], model.forced ? answer.period : 1);
     const stage = this.#stageOf(answer);
     if (stage.node.parentNode !== this.#stage) this.#stage.replaceChildren(stage.node);

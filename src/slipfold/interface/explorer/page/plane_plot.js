@@ -277,13 +277,15 @@ class UnderPointer {
   /** The element to put on the page. */
   node = element("p", { class: "under-pointer" });
   simulated = "";
+  isRingSeen = false;
 
   /**
    * Describe a place; null describes the simulation at the working point, if there is one.
    * quantities of both axes, their values in SI units, the plane's answer and the picture of regimes
    */
   show(place) {
-    this.node.textContent = place ? sentence(place) : this.simulated;
+    const here = this.simulated && this.isRingSeen ? `At the ring: ${this.simulated}` : "";
+    this.node.textContent = place ? sentence(place) : here;
   }
 }
 
@@ -395,8 +397,8 @@ export class PlanePlot {
       class: "small-button", title: "Simulate from rest at the working point, the ring",
     });
     simulation.changed.subscribe(({ view, verdict }) => {
-      this.pointed.simulated = view && verdict ? `At the ring: ${verdict.split(/[:;]/)[0]}` : "";
-      this.pointed.show(null);
+      this.pointed.simulated = view && verdict ? verdict.split(/[:;]/)[0] : "";
+      this.#place();
     });
     regimes.changed.subscribe(() => this.#schedule());
     this.#point = element("button", {
@@ -504,6 +506,9 @@ export class PlanePlot {
     const [px, py] = this.#map.toPixel(values[0] * fx, values[1] * fy);
     this.#point.hidden = !this.#map.isInside(px, py);
     this.#point.style.transform = `translate(${px}px, ${py}px)`;
+    this.simulate.disabled = this.#point.hidden;
+    this.pointed.isRingSeen = !this.#point.hidden;
+    this.pointed.show(null);
     const text = `${x.label ?? x.name} = ${withUnit(x, values[0])}, ${y.label ?? y.name} = ${withUnit(y, values[1])}`;
     this.#point.setAttribute("aria-label", `Working point: ${text}. Arrow keys move it`);
   }
