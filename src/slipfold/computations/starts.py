@@ -100,7 +100,7 @@ class FurtherBranches:
         if not more:
             return branches, (), None, any(branch.interrupted for branch in branches)
         # Imported late: these modules take longer to import than a branch to follow.
-        from slipfold.long_term.coexisting import Further, find_coexisting
+        from slipfold.long_term.coexisting import Further
         from slipfold.long_term.search import checked_box
 
         model, vary, span = self.model, self.vary, self.span
@@ -109,17 +109,12 @@ class FurtherBranches:
         if self.gaps:
             begin_at = lambda at: self._begin({vary: at})  # noqa: E731
             reasons.append(known.fill_gaps(model, span, begin_at, self.own, self.observer))
-        branches = known.branches
         if self.search and not known.interrupted:
             box = None if self.search is True else checked_box(model, self.search)
-            branches, searched = find_coexisting(
-                model, vary, span, branches, self.follow, box, self.observer
-            )
-        if failure is not None and not branches:
+            searched = known.search(model, vary, span, box, self.observer)
+        if failure is not None and not known.branches:
             raise failure
-        stopped = any(branch.interrupted for branch in branches)
-        stopped |= known.interrupted or (searched is not None and searched.interrupted)
-        return branches, tuple(filter(None, reasons)), searched, stopped
+        return known.branches, tuple(filter(None, reasons)), searched, known.interrupted
 
     def _begin(self, start: PeriodicOrbit | Mapping[str, float | str]) -> Begin:
         """Return where the branch of a further start begins."""

@@ -18,7 +18,7 @@ from slipfold.bifurcations.branches.orbit_between import orbit_between
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, stroboscopic_states
-from slipfold.long_term.search import UNDECIDED, Box, box_around, search
+from slipfold.long_term.search import UNDECIDED, Box, SearchResult, box_around, search
 from slipfold.long_term.verified import ATTRACTOR, CycleLine
 from slipfold.models.angles import distances
 from slipfold.models.equilibria import equilibria_in
@@ -117,6 +117,44 @@ class Further:
                 return why
         return ""
 
+    def search(
+        self,
+        model: Model,
+        vary: str,
+        span: tuple[float, float],
+        box: Box | None,
+        observer: Observer | None,
+    ) -> BranchSearch:
+        """Add the branches of orbits that trajectories find at some parameter values.
+
+        Return a record of the search.
+        """
+        box = box or box_around(model, _reached(model, self.branches))
+        low, high = tuple(box.low.tolist()), tuple(box.high.tolist())
+        count, undecided, before = ATTRACTOR.search_values, 0, self._added
+        values = tuple(span[0] + (i + 0.5) / count * (span[1] - span[0]) for i in range(count))
+        for index, value in enumerate(values):
+            if self.interrupted:
+                break
+            place = len(self.branches), index, value
+            on_progress = None if observer is None else partial(_report_place, observer, *place)
+            try:
+                at, starts = model.replace(**{vary: value}), box.starts(ATTRACTOR.search_starts, 0)
+                seen = search(at, starts, ATTRACTOR.search_periods, on_progress, measure=False)
+                undecided += int((seen.labels == UNDECIDED).sum())
+                self.interrupted = seen.interrupted
+                for begin in () if seen.interrupted else _begins(at, value, seen, starts):
+                    self.add(begin)
+            except InputError:  # parameters contradict each other there
+                continue
+            except KeyboardInterrupt:
+                self.interrupted = True
+        earlier = [new for start, new in self._added if (start, new) in before]
+        found = self.branches[len(self._response) + sum(map(len, earlier)) :]
+        numbers = tuple(branch.id for branch in found)
+        stopped = self.interrupted
+        return BranchSearch(values, low, high, ATTRACTOR.search_starts, numbers, stopped, undecided)
+
 
 def _reported(
     observer: Observer | None,
@@ -144,54 +182,6 @@ def _open(
 STAGE = "search for others"
 
 
-def find_coexisting(
-    model: Model,
-    vary: str,
-    span: tuple[float, float],
-    branches: tuple[Branch, ...],
-    follow: Follow,
-    box: Box | None = None,
-    observer: Observer | None = None,
-) -> tuple[tuple[Branch, ...], BranchSearch]:
-    """Search for orbits that coexist with branches at some parameter values, and follow them.
-
-    Return all branches, new ones last, and a record of the search. An interruption keeps the
-    branches followed so far.
-    """
-    box = box or box_around(model, _reached(model, branches))
-    values = tuple(
-        span[0] + (i + 0.5) / ATTRACTOR.search_values * (span[1] - span[0])
-        for i in range(ATTRACTOR.search_values)
-    )
-    result: list[int] = []
-    undecided = 0
-    known, interrupted = branches, any(branch.interrupted for branch in branches)
-    for index, value in enumerate(values):
-        if interrupted:
-            break
-
-        place = len(known), index, value
-        on_progress = None if observer is None else partial(_report_place, observer, *place)
-        try:
-            at, starts = model.replace(**{vary: value}), box.starts(ATTRACTOR.search_starts, 0)
-            seen = search(at, starts, ATTRACTOR.search_periods, on_progress, measure=False)
-            undecided += int((seen.labels == UNDECIDED).sum())
-            interrupted = seen.interrupted
-            for begin in () if interrupted else _begins(at, value, seen.attractors, starts):
-                if not _is_known(begin, known):
-                    new = _numbered(_followed(follow, begin), len(known))
-                    known, result = (*known, *new), [*result, *(branch.id for branch in new)]
-            interrupted |= any(branch.interrupted for branch in known)
-        except InputError:  # parameters contradict each other there
-            continue
-        except KeyboardInterrupt:
-            interrupted = True
-    low, high = tuple(box.low.tolist()), tuple(box.high.tolist())
-    return known, BranchSearch(
-        values, low, high, ATTRACTOR.search_starts, tuple(result), interrupted, undecided
-    )
-
-
 def _report_place(
     observer: Observer, branches: int, place: int, value: float, progress: Progress
 ) -> None:
@@ -207,31 +197,19 @@ def _at(branches: int, value: float) -> dict[str, Any]:
 
 
 def _begins(
-    model: Model, value: float, found: Sequence[Attractor], starts: Array
-) -> Iterator[Begin]:
-    """Yield starts of branches: attractors, and equilibria of an autonomous model."""
-    yield from filter(None, (_begin(model, value, item) for item in found))
+    model: Model, value: float, seen: SearchResult, starts: Array
+) -> Iterator[Callable[[], Begin]]:
+    """Yield what returns starts of branches: attractors, equilibria of an autonomous model."""
+    yield from (partial(_begin, model, value, item) for item in seen.attractors)
     for state in () if model.forced else equilibria_in(model, starts):
-        yield Begin(value, state=state)
+        yield partial(Begin, value, state=state)
 
 
-def _begin(model: Model, value: float, item: Attractor) -> Begin | None:
-    try:
-        if item.kind == "periodic":
-            return Begin(value, periodic_orbit(model, item.period or 1, item.state))
-        if item.kind == "cycle":
-            return Begin(value, periodic_orbit(model, state=item.state, duration=item.duration))
-    except InputError:
-        return None
-    return Begin(value, state=item.state) if item.kind == "equilibrium" else None
-
-
-def _followed(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
-    """Follow branches from a start; none if it cannot be continued."""
-    try:
-        return _from_parents(follow, begin)
-    except InputError:
-        return ()
+def _begin(model: Model, value: float, item: Attractor) -> Begin:
+    if item.kind == "equilibrium":
+        return Begin(value, state=item.state)
+    period = item.period or 1
+    return Begin(value, periodic_orbit(model, period, item.state, duration=item.duration))
 
 
 def _from_parents(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
