@@ -39,9 +39,11 @@ def test_orbit_and_multipliers(values, period, count):
     assert orbit.state / scales == pytest.approx(other.states[0] / scales, abs=1e-8)
     hill = other.multipliers()
     distance = np.abs(hill[:, None] - orbit.multipliers[None, :])
-    size = max(1.0, np.abs(orbit.multipliers).max())
-    assert distance.min(axis=0).max() < 1e-8 * size  # each of ours is one of Hill's
-    assert distance.min(axis=1).max() < 1e-8 * size  # and none of Hill's is missing here
+    # Eigenvalues of a matrix of some hundred rows are good to 1e-11 or so, of the largest.
+    rounding = 1e-10 * max(1.0, np.abs(orbit.multipliers).max())
+    known = 30 * orbit.multiplier_uncertainty + rounding  # two errors of either sign may agree
+    assert np.all(distance.min(axis=0) < known)  # each of ours is one of Hill's
+    assert distance.min(axis=1).max() < known.max()  # and none of Hill's is missing here
 
 
 def test_location_of_the_doubling_at_12_5_hz():

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.fourier_collocation import FourierOrbit
 from helpers.long_tests import long_except
 from helpers.reference import CASES, traced
 from helpers.toy_models import LinearOscillator
@@ -78,22 +77,6 @@ def test_a_mode_too_fast_for_the_mesh_is_not_integrated_again(monkeypatch):
         known = branch.multiplier_uncertainty[row]
         assert np.all(error < SLACK * known + ROUNDING)
         assert np.sort(known)[1] < 1e-10 < 1e-3 < np.sort(known)[2]
-
-
-@pytest.mark.parametrize("Nd", [0.05, 0.2])
-def test_hills_method_agrees_within_the_uncertainty(Nd):
-    main = traced(CASES[0])[0]
-    index = int(np.abs(main.parameter - Nd).argmin())
-    orbit = main.orbit(index)
-    _, states = orbit.sample(512)
-    count = 129
-    spectrum = np.fft.rfft(states, axis=0)[: count // 2 + 1] * (count / len(states))
-    guess = np.fft.irfft(spectrum, n=count, axis=0)
-    values = {"f": 12.5, "Nd": float(main.parameter[index])}
-    hill = FourierOrbit(values, 1, guess).multipliers()
-    error = np.abs(hill[:, None] - orbit.multipliers).min(axis=0)
-    # Eigenvalues of a matrix of some hundred rows are good to 1e-11 or so.
-    assert np.all(error < SLACK * main.multiplier_uncertainty[index] + 1e-10)
 
 
 @pytest.mark.parametrize("case", long_except(CASES, CASES[::3]), ids=str)
