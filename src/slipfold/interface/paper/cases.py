@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
-from slipfold.bifurcations.branches.settings import Settings
 from slipfold.models.sliding_oscillator import SlidingOscillator
 
 Interval = tuple[float, float]
@@ -47,7 +46,7 @@ class Case:
         changed = changes(self.model, self.vary) if len(self.vary) < 2 else []
         return "_".join([*PREFIXES.get(self.kind, (self.kind,)), *self.vary, *changed])
 
-    def compute(self, settings: Settings | None = None, *, tori: bool = False) -> Any:
+    def compute(self, *, tori: bool = False) -> Any:
         """Compute it; of a response with its tori on request."""
         from slipfold.computations import loci, long_term
         from slipfold.computations.response import response
@@ -61,10 +60,10 @@ class Case:
             return long_term.regimes(self.model, plane, points=(self.points[0], self.points[1]))
         if self.kind == "bifurcation_set":
             names, window = (self.vary[0], self.vary[1]), (self.spans[0], self.spans[1])
-            return loci.bifurcation_set(self.model, names, window, settings=settings)
+            return loci.bifurcation_set(self.model, names, window)
         (vary,), (span,) = self.vary, self.spans
         if self.kind == "response":
-            return response(self.model, vary, span, settings=settings, tori=tori)
+            return response(self.model, vary, span, tori=tori)
         return long_term.sweep(
             self.model, vary, span, points=self.points[0], starts=self.starts,
             box=BOX, transient=TRANSIENT, periods=STORED,

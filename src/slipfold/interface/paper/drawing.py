@@ -37,11 +37,11 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.trajectories import Sweep
 
 
-def render(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> dict[str, bytes]:
+def render(figure: Figure, result: Mapping[Case, Any]) -> dict[str, bytes]:
     """Draw a figure from what was computed for it, as PDF and PNG."""
     contents = {}
     with figure_style():
-        canvas = draw(figure, result, measure)
+        canvas = draw(figure, result)
         for suffix in ("pdf", "png"):
             memory = io.BytesIO()
             # Without the date the same numbers make the same file.
@@ -51,9 +51,9 @@ def render(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> 
     return contents
 
 
-def draw(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> Canvas:
+def draw(figure: Figure, result: Mapping[Case, Any]) -> Canvas:
     """Draw a figure."""
-    return DRAWINGS[figure.kind](figure, result, measure)
+    return DRAWINGS[figure.kind](figure, result)
 
 
 def _canvas(height: float) -> Canvas:
@@ -93,14 +93,15 @@ MARKER_NAMES = {
 
 GRAY = "0.2"
 
+MEASURE = "max"
+"""What is shown of an output over an orbit, as in the paper."""
+
 
 Shown = Sequence[tuple[Axes, Sequence[Diagram], str]]
 """Axes with the diagrams and the output that they show."""
 
 
-def draw_legend(
-    canvas: Canvas, shown: Shown, measure: str = "max", more: Sequence[Artist] | None = None
-) -> None:
+def draw_legend(canvas: Canvas, shown: Shown, more: Sequence[Artist] | None = None) -> None:
     """Explain lines and the markers that are seen below the panels; colors are named beside them.
 
     Given `more` it has that instead of the tori.
@@ -109,7 +110,7 @@ def draw_legend(
         mark
         for ax, diagrams, output in shown
         for diagram in diagrams
-        for mark in marks_in(diagram, output, measure)
+        for mark in marks_in(diagram, output, MEASURE)
         if len(within(ax, np.array([[mark.parameter, mark.value]])))
     ]
     handles: list[Artist] = [
@@ -161,7 +162,7 @@ class _Panel:
     without: tuple[float, float] | None = None
 
 
-def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+def _family(figure: Figure, result: Mapping[Case, Any]) -> Canvas:
     """Draw one figure of the paper."""
     heights = list[float]()
     for row in figure.rows:
@@ -181,10 +182,10 @@ def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     panels: list[_Panel] = []
     for row in figure.rows:
         diagrams = [result[curve] for curve in row.curves]
-        drawn = _draw_row(axes(wide=row.wide), row, diagrams, letters, measure)
+        drawn = _draw_row(axes(wide=row.wide), row, diagrams, letters)
         panels += drawn
         if row.detail is not None:
-            panels += _draw_details(axes(), drawn, row.detail, measure)
+            panels += _draw_details(axes(), drawn, row.detail)
     spectral: list[tuple[Axes, Spectrum, str]] = []
     for case in figure.cases:
         for ax, output in zip(axes(), OUTPUTS, strict=True):
@@ -192,8 +193,8 @@ def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
             settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
             spectral.append((ax, result[case], output))
-    draw_legend(canvas, [(panel.ax, panel.diagrams, panel.output) for panel in panels], measure)
-    naming = [partial(_name, panel, measure) for panel in panels]
+    draw_legend(canvas, [(panel.ax, panel.diagrams, panel.output) for panel in panels])
+    naming = [partial(_name, panel) for panel in panels]
     naming += [partial(name_lines, *each, palette(1)[0]) for each in spectral]
     _name_last(canvas, naming)
     return canvas
@@ -204,11 +205,10 @@ def _draw_row(
     row: Row,
     diagrams: Sequence[Diagram],
     letters: Iterator[str],
-    measure: str,
 ) -> list[_Panel]:
     panels = []
     for ax, output in zip(axes, OUTPUTS, strict=True):
-        draw_family(diagrams, output, measure, ax)
+        draw_family(diagrams, output, MEASURE, ax)
         ax.margins(x=0.01, y=0.06)
         ax.autoscale_view()
         ax.set_title(f"{next(letters)}  {_common(row)}")
@@ -217,16 +217,16 @@ def _draw_row(
 
 
 def _draw_details(
-    axes: Sequence[Axes], panels: Sequence[_Panel], span: tuple[float, float], measure: str
+    axes: Sequence[Axes], panels: Sequence[_Panel], span: tuple[float, float]
 ) -> list[_Panel]:
     """Draw details of the panels near their thresholds, and frame these parts in the panels."""
     details = []
     for ax, panel in zip(axes, panels, strict=True):
-        draw_family(panel.diagrams, panel.output, measure, ax)
+        draw_family(panel.diagrams, panel.output, MEASURE, ax)
         values = [
             mark.value
             for diagram in panel.diagrams
-            for mark in marks_in(diagram, panel.output, measure)
+            for mark in marks_in(diagram, panel.output, MEASURE)
             if mark.type in BIFURCATION_TYPES and span[0] <= mark.parameter <= span[1]
         ]
         whole = np.ptp(panel.ax.get_ylim())
@@ -243,11 +243,11 @@ def _draw_details(
     return details
 
 
-def _name(panel: _Panel, measure: str) -> None:
+def _name(panel: _Panel) -> None:
     model = panel.row.curves[0].model
     unit = value_text(model, panel.row.member)[1]
     names = [f"{name}{unit}" for name in panel.row.names]
-    name_family(panel.ax, panel.diagrams, names, panel.output, measure, without=panel.without)
+    name_family(panel.ax, panel.diagrams, names, panel.output, MEASURE, without=panel.without)
 
 
 def _common(row: Row) -> str:
@@ -265,7 +265,7 @@ CONTACT = ("Ns", "Nd")
 """The plane in which a line parts contact all the time from none at times."""
 
 
-def _plane(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+def _plane(figure: Figure, result: Mapping[Case, Any]) -> Canvas:
     """Draw a bifurcation set and a detail of it."""
     (case,) = figure.cases
     diagram = _without_lost_contact(result[case])
@@ -334,7 +334,7 @@ ROOM = 0.06
 """Room above and below what is drawn, over its height."""
 
 
-def _regimes(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+def _regimes(figure: Figure, result: Mapping[Case, Any]) -> Canvas:
     """Draw a map of regimes over its bifurcation set."""
     plane, regimes = figure.cases
     canvas = _canvas(1.25 * COLUMN)
@@ -342,7 +342,7 @@ def _regimes(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas
     return canvas
 
 
-def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+def _completed(figure: Figure, result: Mapping[Case, Any]) -> Canvas:
     """Draw a figure of the paper with tori and sampled solutions, a curve a row."""
     curves, sweeps = figure.of_kind("response"), figure.of_kind("sweep")
     canvas = _canvas(len(curves) * HEIGHTS["trajectories"] + HEIGHTS["basin legend"])
@@ -350,17 +350,17 @@ def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canv
     panels = canvas.subplots(len(curves), 2, squeeze=False)
     for axes, curve, swept in zip(panels, curves, sweeps, strict=True):
         for ax, output in zip(axes, OUTPUTS, strict=True):
-            naming.append(_draw_both(ax, result[curve], result[swept], output, measure))
+            naming.append(_draw_both(ax, result[curve], result[swept], output))
             shown.append((ax, [result[curve]], output))
             ax.set_title(f"{next(letters)}  {_fixed(curve)}")
     tori = [tori for curve in curves for tori in result[curve].tori]
     more = _more(tori, [result[swept] for swept in sweeps])
-    draw_legend(canvas, shown, measure, more)
+    draw_legend(canvas, shown, more)
     _name_last(canvas, naming)
     return canvas
 
 
-def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+def _hysteresis(figure: Figure, result: Mapping[Case, Any]) -> Canvas:
     """Draw a range with two responses, and their basins of attraction."""
     curve, swept, *cases = figure.cases
     basins = [renumbered(result[case], lambda item: item.period or LAST) for case in cases]
@@ -372,7 +372,7 @@ def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Can
     for place, output in enumerate(OUTPUTS):
         ax = canvas.add_subplot(above[place])
         shown.append((ax, [result[curve]], output))
-        naming.append(_draw_both(ax, result[curve], result[swept], output, measure))
+        naming.append(_draw_both(ax, result[curve], result[swept], output))
         ax.set_title(f"({'ab'[place]})  {_fixed(curve)}")
     for place, (case, found) in enumerate(zip(cases, basins, strict=True)):
         ax = canvas.add_subplot(below[place])
@@ -390,28 +390,26 @@ def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Can
     if any((found.uncertain > 0).any() for found in basins):
         patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
     more = [*_more(result[curve].tori, [result[swept]]), *patches]
-    draw_legend(canvas, shown, measure, more)
+    draw_legend(canvas, shown, more)
     _name_last(canvas, naming)
     return canvas
 
 
-def _draw_both(
-    ax: Axes, diagram: Diagram, swept: Sweep, output: str, measure: str
-) -> Callable[[], None]:
+def _draw_both(ax: Axes, diagram: Diagram, swept: Sweep, output: str) -> Callable[[], None]:
     """Draw branches and tori over the dots of solutions; return what names them.
 
     The axes show the range of the solutions: unstable orbits may be outside it.
     """
-    draw_points(swept, output, measure, ax, legend=False, beside=BESIDE)
+    draw_points(swept, output, MEASURE, ax, legend=False, beside=BESIDE)
     low, high = ax.dataLim.intervaly
-    draw_family([diagram], output, measure, ax, ["black"])
+    draw_family([diagram], output, MEASURE, ax, ["black"])
     for tori in diagram.tori:
-        for line in torus_segments(tori, output, measure):
+        for line in torus_segments(tori, output, MEASURE):
             ax.plot(line.parameter, line.value, **_torus_line(line.kind))
     ax.set_xlim(swept.values[0], swept.values[-1])
     ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
     ax.xaxis.set_major_locator(MaxNLocator(5))
-    return lambda: name_family(ax, [diagram], None, output, measure, ["black"])
+    return lambda: name_family(ax, [diagram], None, output, MEASURE, ["black"])
 
 
 def _fixed(curve: Case) -> str:
@@ -445,7 +443,7 @@ def _torus_line(kind: str) -> dict[str, Any]:
     return {**LINES[kind], "color": TORUS, "path_effects": [edge], "zorder": 2.2}
 
 
-DRAWINGS: dict[str, Callable[[Figure, Mapping[Case, Any], str], Canvas]] = {
+DRAWINGS: dict[str, Callable[[Figure, Mapping[Case, Any]], Canvas]] = {
     "family": _family,
     "plane": _plane,
     "completed": _completed,

@@ -9,7 +9,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
-from slipfold.bifurcations.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.interface.paper.cases import Case, Cases, Figure, read_cases
 from slipfold.interface.paper.claims import Claim, Findings, claims_markdown, judge_claims
@@ -71,8 +70,6 @@ def reproduce(
     *,
     processes: int = 1,
     cases: Cases | None = None,
-    settings: Settings | None = None,
-    measure: str = "max",
     tori: bool = False,
     long_term: bool = False,
 ) -> Reproduction:
@@ -92,17 +89,17 @@ def reproduce(
     with open_executor(None if processes == 1 else processes) as opened:
         try:
             tasks: Iterable[Task] = (
-                (case, _compute, (case, settings, bool(with_tori & {*run.cases.shown_in(case)})))
+                (case, _compute, (case, bool(with_tori & {*run.cases.shown_in(case)})))
                 for case in run.cases.needs
             )
             for case, result in _finished(opened.executor, processes, tasks):
                 run.take_result(case, *result)
-            tasks = ((figure, _render, run.drawing(figure, measure)) for figure in run.complete())
+            tasks = ((figure, _render, run.drawing(figure)) for figure in run.complete())
             for figure, files in _finished(opened.executor, processes, tasks):
                 run.take_figure(figure, files)
         except KeyboardInterrupt:
             for figure in run.complete():
-                run.take_figure(figure, _render(*run.drawing(figure, measure)), report=False)
+                run.take_figure(figure, _render(*run.drawing(figure)), report=False)
     return run.conclude()
 
 
@@ -140,9 +137,9 @@ def _finished(
             yield running.pop(future), future.result()
 
 
-def _compute(case: Case, settings: Settings | None, tori: bool) -> tuple[Any, bytes | None]:
+def _compute(case: Case, tori: bool) -> tuple[Any, bytes | None]:
     """Return a result and its file, which a spectrum has not; may run in a process of its own."""
-    result = case.compute(settings, tori=tori)
+    result = case.compute(tori=tori)
     if case.kind == "spectrum":
         return result, None
     if result.interrupted:
@@ -150,11 +147,11 @@ def _compute(case: Case, settings: Settings | None, tori: bool) -> tuple[Any, by
     return result, result._table().to_netcdf()
 
 
-def _render(figure: Figure, result: Mapping[Case, Any], measure: str) -> dict[str, bytes]:
+def _render(figure: Figure, result: Mapping[Case, Any]) -> dict[str, bytes]:
     """Draw a figure; Matplotlib is imported by those who draw, after the first results."""
     from slipfold.interface.paper.drawing import render
 
-    return render(figure, result, measure)
+    return render(figure, result)
 
 
 class _Run:
@@ -202,9 +199,9 @@ class _Run:
             if self.results.keys() >= set(figure.needs) and figure not in self.drawn
         ]
 
-    def drawing(self, figure: Figure, measure: str) -> tuple[Any, ...]:
+    def drawing(self, figure: Figure) -> tuple[Any, ...]:
         """Return the arguments that draw a figure."""
-        return figure, {case: self.results[case] for case in figure.needs}, measure
+        return figure, {case: self.results[case] for case in figure.needs}
 
     def conclude(self) -> Reproduction:
         """Tabulate and judge."""
