@@ -19,7 +19,7 @@ from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
 from slipfold.flow.linearized_trajectory import EventMargin
-from slipfold.flow.modes import Ending, Mode, Status, reported_mode
+from slipfold.flow.modes import Ending, Mode, Status, SwitchingEvent, reported_mode
 from slipfold.flow.release import at_rest
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.multipliers import multiplier_difference
@@ -130,11 +130,21 @@ def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
         friction = Instant(now, system.places, rest, part.reported_mode).forces(part.reported_mode)[
             0
         ]
-        over = math.hypot(*friction[place]) - now.holding[which]
-        return abs(over) * float(weights[count + which])
+        over = abs(math.hypot(*friction[place]) - now.holding[which])
+        if over * weights[count + which] > CHECKS.forces:  # a stiff link magnifies rounding
+            over = max(0.0, over - _rounding(system, part, event))
+        return over * float(weights[count + which])
     if event.ending in (Ending.PARTS, Ending.MEETS):
         return abs(now.normal[which]) * float(weights[count + which])
     return 0.0
+
+
+def _rounding(system: HybridSystem, part: SmoothPhase, event: SwitchingEvent) -> float:
+    """Return what the last digits of the state at an event change in its function."""
+    margin = EventMargin(system.flow, part.reported_mode, event, system.constants)
+    unchanged = np.empty((len(system.constants.values), 0))
+    slopes = margin.slopes(part.state, part.end, unchanged)[0]
+    return float(np.finfo(float).eps * np.abs(slopes) @ np.abs(part.state))
 
 
 def _off_the_middle(
