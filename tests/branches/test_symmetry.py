@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 import slipfold as sf
@@ -112,13 +113,65 @@ def test_cycles_of_both_pairs_begin_where_two_cross_at_once(frequency):
     assert sizes[1] == pytest.approx([np.sqrt(0.5), 0], abs=1e-9)
 
 
+def three_cells(m, c):
+    """x'' = (m - x^2) x' - x + c (y + z - 2 x), and so in turn."""
+    force = "(m - {0}^2)*{0}v - {0} + c*({1} + {2} - 2*{0})"
+    states = {f"{cell}v": force.format(cell, *sorted(set("xyz") - {cell})) for cell in "xyz"}
+    return sf.System(parameters={"m": m, "c": c}, states={**{c: f"{c}v" for c in "xyz"}, **states})
+
+
+def parting(last):
+    """Cells that swing alike, and how they part where two multipliers are one."""
+    alike, settings = {"x": 2.0, "y": 2.0, "z": 2.0}, sf.Settings(largest_period=1)
+    return sf.response(three_cells(1, 0.5), "c", (0.5, last), start=alike, settings=settings)
+
+
+def test_of_ways_that_alike_cells_part_images_are_not_followed():
+    first, *others = parting(0.12).branches
+    (point,) = first.special
+    assert (point.type, point.images, len(others)) == ("BP", 4, 2)
+    for branch in others:  # one cell differs from two
+        cells = branch.states[-1, :3]
+        assert sum(abs(cells - np.roll(cells, 1)) < 1e-7) == 1
+
+
+@pytest.mark.long
+def test_ways_that_alike_cells_part_are_followed_until_they_meet_again():
+    first, *others = parting(-0.25).branches
+    value = first.special[0].value
+    assert {branch.stopped.kind for branch in (first, *others)} == {"span", "closed"}
+    ways = [branch for branch in others if abs(branch.parameter[0] - value) < 1e-12]
+    assert len(ways) == 2
+    for branch in ways:  # one curve, either way round
+        assert branch.parameter[-1] == pytest.approx(value, abs=1e-12)
+        assert [item.type for item in branch.special if item.type == "LP"] == ["LP", "LP"]
+    # What crosses it leads to two cells that swing against each other while one is at rest
+    (against,) = (
+        branch
+        for branch in others
+        if min(branch.parameter[[0, -1]]) == -0.25 and np.abs(branch.states[-1, :3]).min() < 1e-9
+    )
+    end = int(against.parameter.argmax())
+    assert against.parameter[end] == 0.5
+    assert against.durations[end] == pytest.approx(van_der_pol(2.5), rel=1e-9)
+
+
+def van_der_pol(stiffness):
+    """Duration of the cycle of x'' = (1 - x^2) x' - stiffness x, by SciPy."""
+
+    def turns(t, y):
+        return y[1]
+
+    turns.direction = -1
+    rates = lambda t, y: (y[1], (1 - y[0] ** 2) * y[1] - stiffness * y[0])  # noqa: E731
+    found = solve_ivp(rates, (0, 100), (2, 0), "DOP853", events=turns, rtol=1e-12, atol=1e-13)
+    return np.diff(found.t_events[0])[-1]
+
+
 def test_cells_that_swing_alike_are_followed_where_all_pairs_cross_at_once():
     # x'' = (m - x^2) x' - x + 0.2 (y + z - 2 x): all damping vanishes at m = 0, where the pair of
     # alike cells has the frequency 1 and two more have 1.6^(1/2).
-    force = "(m - {0}^2)*{0}v - {0} + 0.2*({1} + {2} - 2*{0})"
-    states = {f"{cell}v": force.format(cell, *sorted(set("xyz") - {cell})) for cell in "xyz"}
-    cells = sf.System(parameters={"m": -0.5}, states={**{c: f"{c}v" for c in "xyz"}, **states})
-    diagram = sf.response(cells, vary="m", span=(-0.5, 0.2))
+    diagram = sf.response(three_cells(-0.5, 0.2), vary="m", span=(-0.5, 0.2))
     (onset,) = diagram.branches[0].special
     assert (onset.type, onset.value) == ("HB", pytest.approx(0, abs=1e-12))
     assert "at most 2 of the 3 critical pairs are followed, one of each" in onset.undecided

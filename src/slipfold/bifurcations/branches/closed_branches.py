@@ -265,11 +265,12 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
 
 
 class Returns:
-    """Ends a curve where it comes back to its first point."""
+    """Ends a curve where it comes back to its first point, which may be a `singular` one."""
 
-    def __init__(self, curve: OrbitCurve, reason: str) -> None:
+    def __init__(self, curve: OrbitCurve, reason: str, singular: bool = False) -> None:
         self._curve = curve
         self._reason = reason
+        self._singular = singular
         self._first: tuple[OrbitPoint | None, Array | None] = None, None
 
     def __call__(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
@@ -287,8 +288,21 @@ class Returns:
         passed = self._abeam(interval.history[-3:], first, before.arclength + min(along, length))
         if passed is None:
             return MonitorResult()
+        if self._singular:
+            return MonitorResult(stop=self._beside(interval, passed.arclength - STEP.emanating))
         end = End("closed", self._reason, self._curve.place(passed.z))
         return MonitorResult(stop=Stop(passed, end, closes=True))
+
+    def _beside(self, interval: StepInterval[OrbitPoint], place: float) -> Stop[OrbitPoint]:
+        """End a curve a short step before its first point, which follows from there."""
+        first, last, orbits = interval.traced.points[0], interval.before, self._curve.orbits
+        if place > last.arclength:
+            last = point_at(self._curve, interval.history, place)
+        assert self._first[1] is not None
+        z = orbits.in_phase(self._first[1], last.z)
+        at = last.arclength + float(np.linalg.norm(z - last.z))
+        beyond = orbits.derived_point(z, last.tangent, at, first.monodromy, first.residual)
+        return Stop(last, End("closed", self._reason, orbits.place(z)), beyond, closes=True)
 
     def _started_alike(self, first: OrbitPoint, last: Array, length: float) -> Array | None:
         """Return the first orbit started where it lies nearest to the last, None if it is far away.

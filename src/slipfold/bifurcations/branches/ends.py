@@ -118,7 +118,9 @@ class BranchEndings(Endings[OrbitPoint]):
         """Return also where more multipliers cross the unit circle than points were located."""
         if (turn := super().contradiction(traced)) is not None:
             return turn
-        known = [point for point in traced.points[traced.departs :] if is_off_circle(point)]
+        # Where it leaves another branch, and where it comes back there, multipliers are critical.
+        last = len(traced.points) - (traced.departs and traced.closes)
+        known = [item for item in traced.points[traced.departs : last] if is_off_circle(item)]
         for before, after in pairwise(known):
             change, ends = after.unstable - before.unstable, (before.arclength, after.arclength)
             between = (item for item in traced.found if ends[0] <= item.point.arclength <= ends[1])

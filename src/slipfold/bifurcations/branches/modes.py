@@ -110,9 +110,9 @@ class _Modes(BranchTree):
     """
 
     def _monitors(
-        self, orbits: Orbits, first: OrbitPoint, departs: bool
+        self, orbits: Orbits, first: OrbitPoint, departs: bool, several: bool = False
     ) -> list[Monitor[OrbitPoint]]:
-        monitors = super()._monitors(orbits, first, departs)
+        monitors = super()._monitors(orbits, first, departs, several)
         return [item for item in monitors if item is not stop_in_family]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:

@@ -36,7 +36,12 @@ from slipfold.bifurcations.branches.stops import (
     stop_undetermined,
     stop_unresolved,
 )
-from slipfold.bifurcations.branches.switching import Junction, find_meeting, junctions_on
+from slipfold.bifurcations.branches.switching import (
+    Junction,
+    find_meeting,
+    junctions_on,
+    run_together,
+)
 from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.follow import follow
@@ -130,11 +135,12 @@ class BranchTree(CurveSet[OrbitPoint]):
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
         orbits, settings, departs = start.curve, self._settings, start.departs
+        several = isinstance(start, Junction) and start.several
         return follow(
             orbits,
             point,
             orbits.bounds(self._span),
-            partial(self._monitors, first=point, departs=departs),
+            partial(self._monitors, first=point, departs=departs, several=several),
             settings=settings,
             departs=departs,
             first_step=partial(_first_step, orbits, point, settings, self._nearest(start))
@@ -157,7 +163,7 @@ class BranchTree(CurveSet[OrbitPoint]):
         return min((each for each in apart if each > BIFURCATION.located), default=np.inf)
 
     def _monitors(
-        self, orbits: Orbits, first: OrbitPoint, departs: bool
+        self, orbits: Orbits, first: OrbitPoint, departs: bool, several: bool = False
     ) -> list[Monitor[OrbitPoint]]:
         """Return the monitors of a branch: those that end it first, the most expensive last."""
         monitors: list[Monitor[OrbitPoint]] = [
@@ -168,8 +174,8 @@ class BranchTree(CurveSet[OrbitPoint]):
             children = [item.points[0] for item in self._junctions if not _crosses(item)]
             stop = partial(close_on_parent, orbits, children, first)
             monitors.append(partial(meets_image, stop=stop))
-        if not departs:  # a branch that starts at a branch point closes there
-            monitors.append(Returns(orbits, CLOSED))
+        if several or not departs:  # a simple branch point at which it starts is found again
+            monitors.append(Returns(orbits, CLOSED, singular=several))
         monitors.append(Limits(orbits))
         monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
         if orbits.model.forced:
@@ -190,13 +196,17 @@ class BranchTree(CurveSet[OrbitPoint]):
             if other is not followed
             for found in other.traced.found
         )
-        new = junctions_on(followed, self._settings, known)
+        new, copies = junctions_on(followed, self._settings, known), list[Junction]()
         for i, junction in enumerate(new):
             other = find_meeting(junction, [*self._junctions, *new[:i]])
             if other is not None and other.parent is not None and other.found != junction.found:
+                if run_together(junction, other):
+                    copies.append(junction)
+                    continue
                 self.lead(junction.found, other.parent)
                 self.lead(other.found, followed.number)
                 self._met.add(junction.found)
+        new = [item for item in new if item not in copies]
         self._junctions += new
         return new
 

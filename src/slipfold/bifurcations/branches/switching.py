@@ -219,7 +219,7 @@ def _spectra(
             guess = point.z + away * (wanted / away[-1]) ** (grows * away[-1] / along[-1])
         guess[-1] = point.z[-1] + wanted
         reach = 0.2 * float(np.linalg.norm(guess - point.z))
-        row = hold_parameter(orbits.size)
+        row = hold_parameter(len(point.z) - 1)
         found = orbits.nearest(guess, row, within=reach, reach=reach)
         if found is None:  # it is on another branch
             return
@@ -243,6 +243,26 @@ def _are_images(first: dict[float, Complex], second: dict[float, Complex]) -> bo
 def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | None:
     """Return the same branch point as it was found on a known branch, if it was."""
     return next((other for other in known if _are_one(junction, other)), None)
+
+
+def run_together(junction: Junction, other: Junction) -> bool:
+    """Whether the branches on which one branch point was found twice are one, and do not cross.
+
+    So they are where both ways round a closed curve begin at a point of many directions. How the
+    parameter changes along them, and the duration, does not depend on the phase.
+    """
+    first, second = junction.found, other.found
+    if first is None or second is None or second.other is None:
+        return False
+    free = len(first.point.curve.units)
+    own, known, crossing = (
+        each[-free:] for each in (first.point.tangent, second.point.tangent, second.other)
+    )
+
+    def apart(one: Array) -> float:
+        return min(float(np.linalg.norm(own - one)), float(np.linalg.norm(own + one)))
+
+    return apart(known) < apart(crossing)
 
 
 def _are_one(junction: Junction, other: Junction) -> bool:
