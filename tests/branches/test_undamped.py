@@ -24,6 +24,79 @@ def test_pairs_that_stay_on_the_circle_are_no_torus():
     assert branch.special[0].uncertainty < 1e-9
 
 
+def mode(square: str = "3", damping: float = 0.0, names: str = "ab") -> dict[str, str]:
+    x, v = names
+    return {x: v, v: f"-({square})*{x} - {damping}*{v}"}
+
+
+def growing(rate: str, names: str = "xv") -> dict[str, str]:
+    """Vibrations of frequency sqrt(2) that begin where the rate of their growth is zero."""
+    x, v = names
+    return {x: v, v: f"({rate})*{v} - 2*{x} - {x}^2*{v}"}
+
+
+def flipping(growth: str, cubic: int, names: str) -> dict[str, str]:
+    """A direction that turns by half a round in a period and grows; what is across it decays."""
+    x, y = names
+    mean, half = f"(({growth}) - 0.8)/2", f"(({growth}) + 0.8)/2"
+    size = f"{cubic}*({x}^2 + {y}^2)"
+    return {
+        x: f"({mean} - {size})*{x} + {half}*(cos(W*t)*{x} + sin(W*t)*{y}) - W/2*{y}",
+        y: f"({mean} - {size})*{y} + {half}*(sin(W*t)*{x} - cos(W*t)*{y}) + W/2*{x}",
+    }
+
+
+FORCED = {"z": "cos(W*t) - z"}
+ROUND = {"p": "m*p - q - p*(p^2 + q^2)", "q": "p + m*q - q*(p^2 + q^2)"}
+
+BESIDE = {
+    "a mode": (growing("m"), mode(), "HB", [0]),
+    "a mode that is damped by rounding": (growing("m"), mode(damping=1e-9), "HB", [0]),
+    "modes": (growing("m"), mode() | mode("7", names="cd"), "HB", [0]),
+    "a mode of the same frequency": (growing("m"), mode("2"), "HB", [0]),
+    "a mode whose frequency changes": (growing("m"), mode("3 + m"), "HB", [0]),
+    "a mode, two at once": (growing("m") | growing("0.01 - m", "uw"), mode(), "HB", [0, 0.01]),
+    "a mode, forced": (growing("m") | FORCED, mode(), "NS", [0]),
+    "a nonlinear mode, forced": (growing("m") | FORCED, mode("3 + a^2"), "NS", [0]),
+    "what flips, forced": (flipping("m", 1, "pq") | FORCED, flipping("0", 0, "ab"), "PD", [0]),
+    "half the forcing": (flipping("m", 1, "pq") | FORCED, mode("W^2/4"), "PD", [0]),
+    "a mode, round a cycle": (ROUND | growing("m - 0.2"), mode(), "NS", [0.2]),
+}
+
+
+@pytest.mark.parametrize("case", BESIDE)
+def test_what_crosses_the_circle_is_seen_beside_what_stays_on_it(case):
+    states, standing, kind, values = BESIDE[case]
+    forcing = {"forcing": {"period": "2*pi/W"}} if "z" in states else {}
+    found = []
+    for beside in ({}, standing):
+        system = {"parameters": {"m": -0.5, "W": 1.7}, "states": states | beside}
+        diagram = sf.response(sf.System(system | forcing), "m", (-0.5, 0.5))
+        branch = diagram.branches["cycle" in case]
+        found.append((diagram, [point for point in branch.special if point.type == kind]))
+    (_, alone), (diagram, points) = found
+    assert [point.value for point in points] == pytest.approx(values, abs=1e-12)
+    assert "stay on the unit circle on branch" in diagram.summary()
+    if "same" in case or kind == "PD":  # a family begins there
+        assert all(point.several for point in points)
+        return
+    for one, other in zip(alone, points, strict=True):
+        assert other.uncertainty < 1e-11
+        assert other.criticality == one.criticality
+        assert other.coefficient == pytest.approx(one.coefficient, rel=1e-8)
+        assert other.duration == pytest.approx(one.duration, rel=1e-9)
+        if kind == "NS":
+            assert other.critical_multiplier == pytest.approx(one.critical_multiplier, abs=1e-9)
+
+
+def test_a_batch_leaves_what_nothing_damps_to_be_followed_individually():
+    states, forcing = growing("m") | FORCED | mode(), {"period": "2*pi/W"}
+    system = {"parameters": {"m": -0.5, "W": 1.7}, "states": states, "forcing": forcing}
+    for diagram in sf.responses(sf.System(system), "m", (-0.5, 0.5), over={"W": [1.6, 1.7]}):
+        (point,) = diagram.branches[0].special
+        assert (point.type, point.value) == ("NS", pytest.approx(0, abs=1e-12))
+
+
 def test_a_harmonic_may_meet_a_resonance_that_nothing_damps():
     orbit = sf.periodic_orbit(duffing(0.3))  # twice the forcing's frequency is the natural one
     assert orbit.state == pytest.approx([0.1 / 0.75, 0], abs=1e-3)

@@ -42,6 +42,10 @@ class Eigenvalues(Multipliers):
     def unit(self, jacobian: Array) -> float:
         """Return the unit of time, in the model's durations. Shapes: jacobian (n, n)."""
 
+    def turn(self, multiplier: complex) -> float:
+        """Return how far a mode turns in the unit of time, from its multiplier on the circle."""
+        return float(np.angle(multiplier))
+
     def growth(self, part: Linearization) -> float:
         """Return infinity: no bound is computed."""
         return np.inf
@@ -83,6 +87,10 @@ class Cayley(Eigenvalues):
         """Return the unit of time, in the model's durations."""
         size = float(np.linalg.norm(jacobian))
         return 1.0 / max(size, UNIT.slow) if np.isfinite(size) else np.nan
+
+    def turn(self, multiplier: complex) -> float:
+        """Return the same: the transform takes i w, over the unit of time, to 2 arctan(w/2)."""
+        return 2 * math.tan(np.angle(multiplier) / 2)
 
     def matrix(self, part: Linearization) -> Array:
         """Return Cayley's transform of the Jacobian."""

@@ -269,6 +269,10 @@ class Equilibria(Orbits):
         vector[self.model.parameter_index("duration")] *= self.spectrum.unit(jacobian)
         return vector
 
+    def frequency(self, z: Array, multiplier: complex) -> float:
+        """Return the frequency in rad/s that a multiplier on the unit circle stands for."""
+        return self.spectrum.turn(multiplier) / self.unit(z)
+
     def unit(self, z: Array) -> float:
         """Return the unit of time in seconds."""
         return float(self.vector(z)[self.model.parameter_index("duration")])

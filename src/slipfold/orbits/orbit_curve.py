@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from slipfold.arrays import Array, Complex
+from slipfold.arrays import Array, Complex, Indices
 from slipfold.continuation.curve import Curve, Point
 from slipfold.continuation.interpolation import POINTS, arc_between
 from slipfold.continuation.locate import LostCurveError
@@ -27,10 +27,13 @@ from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import (
     Degeneracy,
+    Standing,
+    critical_places,
     evaluate_each,
     evaluate_tests,
     floquet_multipliers,
 )
+from slipfold.text import outside
 
 MESHES = 8
 """Meshes that are tried in turn until one fits an orbit: of those that fit, three at most were."""
@@ -77,10 +80,20 @@ class OrbitPoint(Point):
             return np.inf
         return float(self.curve.growth(self.linearization))
 
+    @cached_property
+    def moving(self) -> Complex:
+        """The multipliers that do not stand on the unit circle all along, in their order."""
+        standing, values = self.curve.orbits.standing, self.multipliers
+        return values if standing is None else values[standing.moving(values)]
+
+    def critical(self, kind: str) -> Indices:
+        """Return the places of the multipliers that make a bifurcation of some kind of it."""
+        return critical_places(kind, self.multipliers, self.curve.orbits.standing)
+
     @property
     def unstable(self) -> int:
         """Number of multipliers outside the unit circle."""
-        return int(np.count_nonzero(np.abs(self.multipliers) > 1))
+        return int(np.count_nonzero(outside(self.moving)))
 
 
 class OrbitCurve(Curve[OrbitPoint]):
@@ -297,6 +310,9 @@ class Orbits(OrbitCurve):
     gauges = 0
     """Number of conditions that are always met and only direct steps."""
 
+    standing: Standing | None = None
+    """Multipliers that test functions leave out."""
+
     def __init__(
         self, model: Model, vary: Mapping[str, float], by: Discretization, spectrum: Multipliers
     ) -> None:
@@ -341,6 +357,12 @@ class Orbits(OrbitCurve):
         other = copy(self)
         other.orbits, other.spectrum = other, spectrum or self.spectrum
         other._describe_by(by)
+        return other
+
+    def leaving_out(self, standing: Standing | None) -> Self:
+        """Return the same orbits with test functions that leave some multipliers out."""
+        other = copy(self)
+        other.orbits, other.standing = other, standing
         return other
 
     def varying(self, vary: Mapping[str, float]) -> Self:
@@ -536,7 +558,7 @@ class Orbits(OrbitCurve):
         self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at a bifurcation of a branch."""
-        tests = evaluate_tests(multipliers, self.spectrum.tests)
+        tests = evaluate_tests(multipliers, self.spectrum.tests, self.standing)
         return {**tests, "LP": float(tangent[-1])}
 
     def extrapolated(self, points: Sequence[OrbitPoint], weights: Array) -> Array | None:
@@ -547,7 +569,7 @@ class Orbits(OrbitCurve):
         compared, and of cycles there are too many.
         """
         # With the twenty multipliers of a chain a third of the points is saved, with four no time.
-        if len(points[0].multipliers) < 8 or self.segments == 1:
+        if len(points[0].multipliers) < 8 or self.segments == 1 or self.standing is not None:
             return None
         if self.segments > MANY and (
             self.free_phase or any(point.curve is not points[0].curve for point in points)

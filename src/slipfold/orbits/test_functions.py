@@ -9,8 +9,9 @@ from math import sqrt
 
 import numpy as np
 
-from slipfold.arrays import Array, Complex, Indices
+from slipfold.arrays import Array, Complex, Indices, Mask
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.text import NEUTRAL
 
 
 def floquet_multipliers(monodromy: Array) -> Complex:
@@ -50,7 +51,9 @@ SHRUNK = 0.25
 less where multipliers far inside the circle do, but give less warning before one is on it."""
 
 
-def evaluate_tests(multipliers: Complex, names: tuple[str, ...] = ORBIT_TESTS) -> dict[str, float]:
+def evaluate_tests(
+    multipliers: Complex, names: tuple[str, ...] = ORBIT_TESTS, standing: Standing | None = None
+) -> dict[str, float]:
     r"""Evaluate the test functions of period doubling, folds and tori.
 
     ``PD`` has the zeros of det(I + M), ``fold`` those of det(I - M), at folds and branch points
@@ -62,12 +65,16 @@ def evaluate_tests(multipliers: Complex, names: tuple[str, ...] = ORBIT_TESTS) -
     Each is :math:`N / \sqrt{N^2 + D^2}`, with the same determinant D of a matrix whose multipliers,
     or their products, are a quarter as large. It is smooth, stays between -1 and 1, and changes
     little where multipliers well inside the circle turn; N alone varies by orders of magnitude.
+    What stands is left out.
 
     Shapes: multipliers (n,).
 
     >>> evaluate_tests(np.array([-1.0, 0.5]))["PD"]
     0.0
     """
+    if standing is not None:
+        left = {name: multipliers[standing.left(name, multipliers)] for name in names}
+        return {name: float(evaluate_each(own, (name,))[0]) for name, own in left.items()}
     return dict(zip(names, evaluate_each(multipliers, names).tolist(), strict=True))
 
 
@@ -110,6 +117,62 @@ PRODUCTS: dict[str, Callable[[Complex], Complex]] = {
     "HB": _of_two,
 }
 """What is one at each bifurcation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Multipliers that stay on the unit circle along a part of a curve, as nothing damps a mode.
+
+    A product over all would be zero there, or rounding, whatever the others do. Those at one, as in
+    a family of orbits, are not among them: folds and branch points are found by the tangent. Both
+    are given as they are at the two ends of the part.
+    """
+
+    turning: Complex  # all, shape (2, k)
+    flipping: Complex  # those that stay at -1, shape (2, l)
+    within: float  # the distance from their places that is rounding
+
+    @staticmethod
+    def between(ends: tuple[Complex, Complex], within: float) -> Standing | None:
+        """Return what stands at both ends, None if nothing does. Shapes: ends (n,)."""
+        on = [values[are_neutral(values, within)] for values in ends]
+        flips = [values[np.abs(values + 1) <= within] for values in on]
+        found = Standing(_common(*on), _common(*flips), within)
+        return found if found.turning.size else None
+
+    def left(self, name: str, multipliers: Complex) -> Indices:
+        """Return the places of what a test function is made of. Shapes: multipliers (n,)."""
+        known = {"PD": self.flipping, "LP": NOTHING, "BP": NOTHING, "fold": NOTHING}
+        return self._without(known.get(name, self.turning), multipliers)
+
+    def moving(self, multipliers: Complex) -> Indices:
+        """Return the places of all that do not stand. Shapes: multipliers (n,)."""
+        return self._without(self.turning, multipliers)
+
+    def _without(self, known: Complex, multipliers: Complex) -> Indices:
+        """Leave out those nearest to known ones. What crosses the circle is on it at one place."""
+        left = np.arange(len(multipliers))
+        off = np.maximum(np.abs(np.abs(multipliers) - 1), self.within)
+        for ends in known.T:
+            distance = np.abs(multipliers[left] - ends[:, None]).min(axis=0)
+            left = np.delete(left, np.lexsort((distance, off[left]))[0])
+        return left
+
+
+NOTHING: Complex = np.empty((2, 0), dtype=complex)
+"""No multipliers at either end."""
+
+
+def are_neutral(multipliers: Complex, within: float = NEUTRAL) -> Mask:
+    """Whether each is on the unit circle, as where nothing damps, not at one. Any shape."""
+    off, away = np.abs(np.abs(multipliers) - 1), np.abs(multipliers - 1)
+    return np.asarray((off <= within) & (away > ALIKE))
+
+
+def _common(first: Complex, last: Complex) -> Complex:
+    """Return the multipliers that are at both of two ends, as at each of them; shape (2, k)."""
+    few, many = sorted((first, last), key=len)
+    return np.array([few, match_multipliers(few, many)[: len(few)]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,11 +262,14 @@ def angles_on_circle(multipliers: Complex) -> Array:
     return np.angle(multipliers[on])
 
 
-def critical_places(kind: str, multipliers: Complex) -> Indices:
-    """Return the places of the multipliers that make an orbit critical.
+def critical_places(kind: str, multipliers: Complex, standing: Standing | None = None) -> Indices:
+    """Return the places of the multipliers that make an orbit critical, none of what stands.
 
     Shapes: multipliers (n,).
     """
+    if standing is not None:
+        left = standing.left(kind, multipliers)
+        return left[critical_places(kind, multipliers[left])]
     if kind in PAIRED:
         return np.array(critical_pair(multipliers) or (), dtype=np.int64)
     if kind not in BIFURCATION_TYPES:

@@ -128,7 +128,7 @@ def what_is_common(point: OrbitPoint) -> Hashable:
     """Return what orbits have in common that one batch computes, None of those it does not."""
     curve, part = point.curve, point.linearization
     by_shooting = isinstance(curve, ForcedOrbits) and type(curve.by) is Shooting
-    if not by_shooting or len(curve.free) > 1:
+    if not by_shooting or len(curve.free) > 1 or curve.standing is not None:
         return None
     if part is not None and growth_within(part.blocks) >= SEGMENT_GROWTH:  # shooting over a mesh
         return None

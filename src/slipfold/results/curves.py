@@ -197,6 +197,8 @@ SPECIAL = (
            head=None, when="images"),
     Column("rare", WHOLE, "branches found from few of the directions tried", "",
            record=True, head=None, when="rare"),
+    Column("angle", REAL, "of the critical multiplier where others stay on the unit circle", "rad",
+           record=True, head=None, when="angle"),
     *(
         Column(f"extrema.{which}", REAL, f"{which} over the continuous orbit", None, ("output",),
                get=partial(lambda which, point: getattr(point.orbit.extrema, which)[0], which),
@@ -229,6 +231,7 @@ OPTIONAL = {
     "gradients": {"special_gradients", "by_parameter"},
     "images": {"special_images"},
     "rare": {"special_rare"},
+    "angle": {"special_angle"},
 }
 """Variables that only some files have."""
 
@@ -324,6 +327,7 @@ def _parts(curves: Sequence[Any]) -> set[str]:
         "gradients": any(getattr(point, "gradients", None) is not None for point in points),
         "images": any(getattr(point, "images", 0) for point in points),
         "rare": any(getattr(point, "rare", 0) for point in points),
+        "angle": any(not np.isnan(getattr(point, "angle", np.nan)) for point in points),
     }
     return {part for part, there in known.items() if there}
 

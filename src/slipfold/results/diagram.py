@@ -23,6 +23,7 @@ from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, FOLLOWED_TYPES
 from slipfold.orbits.eigenvalues import MODE_UNITS, modes_of
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.test_functions import are_neutral
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import ROUNDING, CurveDiagram, CurveList, TableLine
 from slipfold.results.records import Provenance
@@ -63,6 +64,19 @@ def _stability(mark: TableLine) -> str:
     cycle = branch.kind == "periodic" and not branch.model.forced
     multipliers = branch.multipliers[mark.row] if mark.point is None else mark.point.multipliers
     return WORDS[stability_word(multipliers, cycle=cycle)]
+
+
+def _neutral(branches: Sequence[Branch]) -> list[str]:
+    """Say on which branches multipliers stay on the unit circle from one point to the next."""
+    each = ((branch.id, are_neutral(branch.multipliers).sum(axis=1)) for branch in branches)
+    on = [str(number) for number, count in each if (count[:-1] * count[1:]).any()]
+    if not on:
+        return []
+    where = f"branch{'es' * (len(on) > 1)} {', '.join(on)}"
+    return [
+        f"Multipliers stay on the unit circle on {where}, as those of a mode that nothing damps: "
+        "what happens to these is not seen, only what crosses beside them"
+    ]
 
 
 def _stuck(branch: Branch) -> str:
@@ -320,6 +334,7 @@ class Diagram(CurveDiagram):
         tori = map(torus_sentence, self.tori)
         search = self._gap_note() if self.searched is None else self._search_note()
         also = [f"Nothing was followed from a further start: {why}" for why in self.unfollowed]
+        also += _neutral(self.branches)
         return [*self._endings(), *also, *uncertain, *tori, *search, *super()._notes()]
 
     def _gap_note(self) -> list[str]:

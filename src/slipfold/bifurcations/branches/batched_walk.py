@@ -34,6 +34,7 @@ from slipfold.continuation.walk import Front, FrontEquations, Trial
 from slipfold.flow.modes import limits_of_contacts
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import are_neutral
 
 
 class BATCH:
@@ -331,6 +332,7 @@ class Walk(FrontEquations):
         undetermined = near_one & (result.stiffness[rows] > BATCH.amplified)
         self._stop(active[regular & undetermined], "undetermined")
         self._stop(active[np.abs(multipliers).max(axis=1) > BATCH.amplified], "growth")
+        self._stop(active[regular & are_neutral(multipliers).any(axis=1)], "undamped")
         if self._orbits.period % 2 == 0:
             here, there = self._halves(before), self._halves(front.z[active, -1])
             near = lengths_of(there) < np.minimum(0.1 * STEP.emanating, lengths_of(here))

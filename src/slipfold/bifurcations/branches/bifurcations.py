@@ -13,6 +13,12 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.closed_branches import noise_beside_parent, same_orbit
+from slipfold.bifurcations.branches.standing import (
+    counts,
+    rounding,
+    seen_without,
+    standing_between,
+)
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite, lagrange
 from slipfold.continuation.locate import ZERO, LostCurveError, insert, locate, point_at
@@ -22,10 +28,9 @@ from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
-from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PRODUCTS, floquet_multipliers
-from slipfold.orbits.uncertainty import SPREAD, recomputed
+from slipfold.orbits.test_functions import PRODUCTS, evaluate_tests, floquet_multipliers
+from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -102,7 +107,10 @@ class Bifurcations(Zeros[OrbitPoint]):
         In a canard explosion the parameter is constant to all digits. The sign of its change is
         then that of a rounding error and may differ between any two points.
         """
-        values = point.values
+        values, orbits = point.values, point.curve.orbits
+        if orbits.standing is not None:  # what stands may leave the circle and return
+            whole = evaluate_tests(point.multipliers, orbits.spectrum.tests)
+            values = np.append(values, list(whole.values()))
         if abs(point.tests["LP"]) <= BIFURCATION.noise:
             values = values.copy()
             values[list(point.tests).index("LP")] = 0.0
@@ -126,6 +134,22 @@ class Bifurcations(Zeros[OrbitPoint]):
             if item.type != "LP"
             or all(abs(item.point.arclength - turn) > BIFURCATION.clear for turn in turns)
         ]
+
+    def search(
+        self, history: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint, depth: int = 0
+    ) -> list[Found]:
+        """Return the bifurcations between two points, of what does not stand there.
+
+        What is critical at both ends makes functions zero throughout. It may be fewer in a part.
+        """
+        orbits, standing = self._orbits, standing_between(a, b)
+        if counts(standing) == counts(orbits.standing):
+            return super().search(history, a, b, depth)
+        points = {id(item): item for item in (a, b, *history)}
+        curve, seen = seen_without(standing, orbits, [*points.values()])
+        own = dict(zip(points, seen, strict=True))
+        known = [own[id(item)] for item in history]
+        return Bifurcations(curve, self._span).search(known, own[id(a)], own[id(b)], depth)
 
     def _left(
         self, found: list[Found], interval: StepInterval[OrbitPoint]
@@ -288,7 +312,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             return False
         off = _off_pair if name in PAIRED else _off_circle
         sizes = (max(abs(point.tests[name]), off(point)) for point in (a, b))
-        return any(map(operator.gt, sizes, map(_rounding, (a, b))))
+        return any(map(operator.gt, sizes, map(rounding, (a, b))))
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -306,7 +330,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         place = min(a.unstable, b.unstable)
 
         def critical(point: OrbitPoint) -> Complex:
-            return point.multipliers[place : place + change]
+            return point.moving[place : place + change]
 
         def growth(point: OrbitPoint) -> float:  # of a volume: that of one direction has corners
             return float(np.log(np.abs(critical(point))).sum())
@@ -432,13 +456,6 @@ def slope_noise(point: OrbitPoint) -> float:
     return parameter_rounding(part.bordered(point.tangent), point.z, NEWTON.still)
 
 
-def _rounding(point: OrbitPoint) -> float:
-    """Return what rounding leaves of a test function: of equilibria, also that of derivatives."""
-    orbits = point.curve.orbits
-    own = SPREAD * orbits.rounding(point.z) if isinstance(orbits, Equilibria) else 0.0
-    return max(BIFURCATION.noise, own)
-
-
 def is_off_circle(point: OrbitPoint) -> bool:
     """Whether it is known on which side of the unit circle all multipliers are."""
     return _off_circle(point) > max(BIFURCATION.noise, noise_beside_parent(point)[0])
@@ -446,20 +463,18 @@ def is_off_circle(point: OrbitPoint) -> bool:
 
 def _off_circle(point: OrbitPoint) -> float:
     """Return the least distance of a multiplier from the unit circle."""
-    return float(np.abs(np.abs(point.multipliers) - 1).min(initial=np.inf))
+    return float(np.abs(np.abs(point.moving) - 1).min(initial=np.inf))
 
 
 def _off_pair(point: OrbitPoint) -> float:
     """Return the least distance of a product of two multipliers from one."""
-    return float(np.abs(1 - PRODUCTS["NS"](point.multipliers)).min(initial=np.inf))
+    return float(np.abs(1 - PRODUCTS["NS"](point.moving)).min(initial=np.inf))
 
 
 def _has_real_pair(point: OrbitPoint) -> bool:
     """Whether the two multipliers whose product is nearest to one are real."""
     # Two multipliers that meet are known to the root of rounding.
-    return bool(
-        np.abs(_nearest_pair(point.multipliers).imag).max(initial=0.0) < BIFURCATION.located
-    )
+    return bool(np.abs(_nearest_pair(point.moving).imag).max(initial=0.0) < BIFURCATION.located)
 
 
 def _nearest_pair(values: Complex) -> Complex:
@@ -474,11 +489,16 @@ def _nearest_pair(values: Complex) -> Complex:
 def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether several pairs come to the unit circle where the branch ends, without damping.
 
-    Which of them crosses it, if any, is rounding.
+    Which of them crosses it, if any, is rounding. So it is if others stand and one hardly leaves.
     """
+    off = [_off_circle(point) for point in (a, b)]
+    standing = found.point.curve.orbits.standing is not None
     several = count_on_circle(found.point) > 2
     # Two pairs that meet are known to the root of rounding.
-    return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < BIFURCATION.located
+    near = (standing and max(off) < BIFURCATION.located) or (
+        several and min(off) < BIFURCATION.located
+    )
+    return found.type in PAIRED and near
 
 
 def may_cross(found: Found) -> int:
@@ -490,7 +510,7 @@ def may_cross(found: Found) -> int:
 
 def count_on_circle(point: OrbitPoint, within: float = BIFURCATION.located) -> int:
     """Count the multipliers on the unit circle."""
-    return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < within))
+    return int(np.count_nonzero(np.abs(np.abs(point.moving) - 1) < within))
 
 
 def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint] | None:
@@ -538,7 +558,7 @@ def is_genuine(found: Found) -> bool:
     """
     values = found.point.multipliers
     if found.type in PAIRED:
-        return is_torus(values)
+        return is_torus(found.point.moving)
     critical = BIFURCATION_TYPES[found.type].critical
     return bool(np.abs(values - critical).min(initial=np.inf) < BIFURCATION.on_circle)
 

@@ -16,6 +16,7 @@ from slipfold.bifurcations.branches.bifurcations import (
     span_end,
 )
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
+from slipfold.bifurcations.branches.standing import seen_without, standing_between
 from slipfold.bifurcations.branches.stops import (
     STOP,
     family_end,
@@ -88,6 +89,8 @@ class BranchEndings(Endings[OrbitPoint]):
         several pairs are critical, nothing damps, and which of them crosses is not defined.
         """
         *_, before, last = [*traced.points[-1:], *traced.points[-2:]]
+        standing = standing_between(before, last)
+        _, (before, last) = seen_without(standing, traced.curve, [before, last])
         crossing = is_off_circle(before) and not is_off_circle(last)
         if crossing and count_on_circle(last) <= 2:
             self._put_on_edge(traced)

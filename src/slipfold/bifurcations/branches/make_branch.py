@@ -40,7 +40,7 @@ from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.normal_forms.normal_form import Form, solved_forms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import WAYS, SwitchedShooting
-from slipfold.orbits.test_functions import critical_places, evaluate_tests, match_multipliers
+from slipfold.orbits.test_functions import ALIKE, evaluate_tests, match_multipliers
 from slipfold.orbits.uncertainty import (
     SPREAD,
     Again,
@@ -198,7 +198,19 @@ def bare(
         stuck_fraction=_stuck_fraction(found),
         images=found.images if isinstance(found, SeveralCritical) else 0,
         rare=found.rare if isinstance(found, SeveralCritical) else 0,
+        angle=_critical_angle(found),
     )
+
+
+def _critical_angle(found: Found) -> float:
+    """Return the angle of what is critical where others stand; NaN where none, or one of those."""
+    point = found.point
+    standing = point.curve.orbits.standing
+    if standing is None or found.type not in PAIRED:
+        return np.nan
+    upper = point.multipliers[point.critical(found.type)[:1]]
+    beside = np.abs(standing.turning - upper).min() <= ALIKE
+    return np.nan if beside or not len(upper) else float(np.angle(upper[0]))
 
 
 def _nodes(found: Found) -> Array:
@@ -303,7 +315,7 @@ def _uncertainties(orbits: Orbits, found: Found) -> Uncertainties[tuple[float, A
             rates = yield from _multiplier_rates(point, direction)
             uncertain = uncertain + blurred * rates
     # The critical multipliers cannot be known better than they meet the condition.
-    places = critical_places(found.type, point.multipliers)
+    places = point.critical(found.type)
     critical = point.multipliers[places]
     off = np.abs(critical - (-1 if found.type == "PD" else 1))
     off = np.abs(np.abs(critical) - 1) if found.type in PAIRED else off
@@ -331,7 +343,8 @@ def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:
         return 0.0
     values = point.multipliers
     outward = values + uncertain * values / np.maximum(np.abs(values), 1e-300)
-    there, here = (evaluate_tests(each, (test,))[test] for each in (outward, values))
+    standing = point.curve.orbits.standing
+    there, here = (evaluate_tests(each, (test,), standing)[test] for each in (outward, values))
     return abs(there - here)
 
 

@@ -40,6 +40,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import TESTS, Converged, OrbitBatch, Solutions
 from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.test_functions import are_neutral
 
 
 class MOVED:
@@ -289,6 +290,8 @@ class _Line:
         kinds, explained = single_events(changed, np.abs(np.diff(unstable)))
         margins = self._batch.margins(np.zeros(len(z), dtype=int), z)
         valid = explained.all() and (margins > 0).all()
+        neutral = are_neutral(result.multipliers).sum(axis=1)  # along a branch, it hides others
+        valid &= not (neutral[:-1] * neutral[1:]).any()
         if not valid or self._may_hide(s, np.hstack([tests, margins])).any():
             return False
         for i in np.flatnonzero(kinds >= 0).tolist():

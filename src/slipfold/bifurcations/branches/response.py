@@ -57,6 +57,7 @@ from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
+from slipfold.text import outside
 
 
 def trace_response(
@@ -272,12 +273,12 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings, near: flo
     apart = np.abs(start.multipliers - 1)
     critical = max(1, int(np.count_nonzero(apart < BIFURCATION.located)))
     others = start.multipliers[apart.argsort()[critical:]]
-    outside = int(np.count_nonzero(np.abs(others) > 1))
+    beyond = int(np.count_nonzero(outside(others)))
 
     def reached(step: float) -> OrbitPoint | None:
         """Return the orbit at this distance, None if a bifurcation may lie before it."""
         first = first_point(orbits, start, step, settings)
-        if isinstance(first, Failure) or not 0 <= first.unstable - outside <= critical:
+        if isinstance(first, Failure) or not 0 <= first.unstable - beyond <= critical:
             return None
         passes = critical == 1 and abs(first.z[-1] - start.z[-1]) > near / 2
         return None if passes else first

@@ -58,6 +58,11 @@ class SpecialPoint(LocatedPoint):
         int,
         "Branches found from few of the directions tried: others may be missing then.",
     ] = 0
+    angle: Annotated[
+        float,
+        "Angle in rad of the critical multiplier where others stay on the unit circle along the "
+        "branch, as of a mode that nothing damps; NaN elsewhere.",
+    ] = np.nan
     gradients: Annotated[
         Mapping[str, float] | None,
         "Derivatives of `value` with respect to the other parameters of the model, by name, in SI "
@@ -125,7 +130,7 @@ class SpecialPoint(LocatedPoint):
         if critical is None or self.type not in ("BP", "PD", *PAIRED):
             return False
         if self.type in PAIRED:
-            return len(angles_on_circle(self.multipliers)) > 1
+            return np.isnan(self.angle) and len(angles_on_circle(self.multipliers)) > 1
         # A cycle has a multiplier one anyway, that of its own direction.
         cycle = self.type == "BP" and not self.model.forced and len(self.nodes) > 1
         return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1 + cycle
@@ -152,7 +157,9 @@ class SpecialPoint(LocatedPoint):
             return None
         if self.type in PAIRED:
             upper = self.multipliers[self.multipliers.imag > 0]
-            return complex(upper[np.argmin(np.abs(np.abs(upper) - 1))])
+            known = None if np.isnan(self.angle) else np.exp(1j * self.angle)
+            distance = np.abs(np.abs(upper) - 1) if known is None else np.abs(upper - known)
+            return complex(upper[np.argmin(distance)])
         target = BIFURCATION_TYPES[self.type].critical
         return complex(self.multipliers[np.argmin(np.abs(self.multipliers - target))])
 

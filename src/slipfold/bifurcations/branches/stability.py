@@ -85,8 +85,8 @@ def _behind(point: SpecialPoint, before: int, cycle: bool) -> Complex:
     values = point.multipliers
     target = BIFURCATION_TYPES[point.type].critical
     if point.type in PAIRED:
-        distance = np.where(values.imag != 0, np.abs(np.abs(values) - 1), np.inf)
-        critical = np.argsort(distance)[:2]
+        upper = np.array(point.critical_multiplier)
+        critical = np.argsort(np.minimum(abs(values - upper), abs(values - upper.conj())))[:2]
     else:
         # A cycle has a multiplier one anyway, that of its own direction.
         count = 2 if cycle and target == 1 else 1

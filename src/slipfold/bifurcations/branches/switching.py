@@ -101,9 +101,10 @@ def emanating_branches(
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
-        angles = np.sort(angles_on_circle(found.point.multipliers))
+        angles = np.sort(angles_on_circle(found.point.moving))
         apart = angles[np.diff(angles, prepend=-1.0) > ALIKE]  # of equals one is followed
-        several = (apart / orbits.unit(z)).tolist() if len(apart) > 1 else [None]
+        alone = len(apart) <= 1 and orbits.standing is None
+        several = [None] if alone else (apart / orbits.unit(z)).tolist()
         first = [hopf_cycle(orbits, z, residual, method, frequency=each) for each in several]
         return sorted(first, key=lambda each: each.curve.duration(each.z))
     if found.type == "PD" and 2 * orbits.period <= largest:

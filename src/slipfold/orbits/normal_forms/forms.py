@@ -24,7 +24,6 @@ from slipfold.orbits.normal_forms.normal_form import (
     stroboscopic_length,
 )
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import critical_places
 
 
 class Forms:
@@ -47,7 +46,7 @@ class Forms:
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
         """Return the mean length of the unit critical vector in the scales of the orbit's model."""
-        places = critical_places(curve.condition, point.multipliers)
+        places = point.critical(curve.condition)
         values, vectors = np.linalg.eig(point.monodromy)
         vector = vectors[:, np.abs(values - point.multipliers[places[0]]).argmin()]
         ratios = _ratios(curve.orbits, point.z)

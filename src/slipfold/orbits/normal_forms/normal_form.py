@@ -12,6 +12,7 @@ from slipfold.arrays import Array
 from slipfold.continuation.locate import corrected_together
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
+from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.normal_forms.maps import (
     FORMS,
@@ -34,8 +35,13 @@ QUADRATIC = ("LP", "transcritical")
 """Kinds whose coefficient is of second order; the others are of third."""
 
 
-def _distance(kind: str) -> Callable[[Vector], Array]:
-    """Return the function of the multipliers that is smallest for the critical one."""
+def _distance(kind: str, known: complex | None = None) -> Callable[[Vector], Array]:
+    """Return the function of the multipliers that is smallest for the critical one.
+
+    That one has to be known where others lie on the circle as well.
+    """
+    if known is not None:
+        return lambda values: np.abs(values - known)
     if kind in PAIRED:
         return lambda values: np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
     target = BIFURCATION_TYPES[kind if kind in BIFURCATION_TYPES else "BP"].critical
@@ -72,14 +78,18 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
     matrix = map_.rescaled(linearization.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
-    if not _distance(kind)(np.linalg.eigvals(matrix).astype(complex)).min() < FORMS.lost:
+    known = None
+    if orbits.standing is not None and kind in PAIRED:
+        known = complex(point.multipliers[point.critical(kind)[0]])
+    distance = _distance(kind, known)
+    if not distance(np.linalg.eigvals(matrix).astype(complex)).min() < FORMS.lost:
         if not orbits.free_phase or kind not in ("PD", "NS"):
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
         multipliers = orbits.multipliers(point)
-        multiplier = complex(multipliers[np.argmin(_distance(kind)(multipliers))])
+        multiplier = complex(multipliers[np.argmin(distance(multipliers))])
         chain = ReturnChain(orbits, point.z, orbits.scales)
         return _judged(kind, *chain.form(kind, multiplier, ratios))
-    q, _, value = critical = critical_vectors(matrix, _distance(kind))
+    q, _, value = critical = critical_vectors(matrix, distance)
     if kind == "LP":
         pull = map_.mapped(_parameter_pull(linearization))
         coefficient = yield from _fold(map_, critical, pull)
@@ -298,8 +308,13 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficien
     field = FieldMap(orbits, point.z)
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if kind == "HB":
-        coefficient = first_lyapunov_coefficient(field)
-        size = float(np.linalg.norm(hopf_vectors(field.jacobian)[0] * ratios))
+        frequency = None
+        if orbits.standing is not None:
+            assert isinstance(orbits, Equilibria)
+            critical = point.multipliers[point.critical(kind)[0]]
+            frequency = orbits.frequency(point.z, critical)
+        coefficient = first_lyapunov_coefficient(field, frequency)
+        size = float(np.linalg.norm(hopf_vectors(field.jacobian, frequency)[0] * ratios))
         return _judged(kind, coefficient, size)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(orbits.scales)) + field.jacobian
@@ -312,10 +327,10 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficien
     return _judged(kind, coefficient, size)
 
 
-def first_lyapunov_coefficient(field: FieldMap) -> float:
+def first_lyapunov_coefficient(field: FieldMap, frequency: float | None = None) -> float:
     """Return l1 of a Hopf point: below zero stable cycles emanate, above it unstable ones."""
     matrix = field.jacobian
-    q, p, value = hopf_vectors(matrix)
+    q, p, value = hopf_vectors(matrix, frequency)
     identity = np.eye(len(q))
     qq, q_q = field.second([(q, q), (q, q.conj())])
     h11 = -np.linalg.solve(matrix, q_q)
@@ -362,8 +377,13 @@ def second_lyapunov_coefficient(field: FieldMap) -> float:
     return changes[4].real / value.imag
 
 
-def hopf_vectors(matrix: Array) -> tuple[Vector, Vector, complex]:
-    """Critical vectors of the pair of eigenvalues that is nearest to the imaginary axis."""
+def hopf_vectors(matrix: Array, frequency: float | None = None) -> tuple[Vector, Vector, complex]:
+    """Critical vectors of the pair of eigenvalues that is nearest to the imaginary axis.
+
+    Of several that are equally near, that of a frequency in rad/s.
+    """
+    if frequency is not None:
+        return critical_vectors(matrix, lambda values: np.abs(values - 1j * frequency))
     return critical_vectors(
         matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
     )
