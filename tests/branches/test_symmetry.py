@@ -174,7 +174,18 @@ def test_cells_that_swing_alike_are_followed_where_all_pairs_cross_at_once():
     diagram = sf.response(three_cells(-0.5, 0.2), vary="m", span=(-0.5, 0.2))
     (onset,) = diagram.branches[0].special
     assert (onset.type, onset.value) == ("HB", pytest.approx(0, abs=1e-12))
-    assert "at most 2 of the 3 critical pairs are followed, one of each" in onset.undecided
-    alike = diagram.branches[-1]
-    assert alike.stopped.kind == "span"
+    assert "3 pairs have 2 frequencies: of each, cycles are followed" in onset.undecided
+    wave, alike = diagram.branches[1], diagram.branches[-1]
+    assert wave.stopped.kind == alike.stopped.kind == "span"
     assert np.ptp(alike.states[-1, :3]) < 1e-9
+    # The other pairs begin a wave round the cells, a third of its duration from one to the next
+
+    def rates(t, s):
+        return [*s[3:], *((0.2 - s[:3] ** 2) * s[3:] - s[:3] + 0.2 * (s[:3].sum() - 3 * s[:3]))]
+
+    start = wave.states[-1]
+    third = (0, wave.durations[-1] / 3)
+    end = solve_ivp(rates, third, start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    turned = [np.roll(start.reshape(2, 3), way, axis=1).ravel() for way in (1, -1)]
+    assert min(np.abs(end - one).max() for one in turned) < 1e-9
+    assert bool(wave.stable[-1])

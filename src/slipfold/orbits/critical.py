@@ -249,12 +249,14 @@ def hopf_cycle(
     *,
     pair: int = 0,
     frequency: float | None = None,
+    vector: Complex | None = None,
 ) -> OrbitPoint:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of emanating cycles.
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
     derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis;
-    a frequency in rad/s selects one of several that are equally near.
+    a frequency in rad/s selects one of several that are equally near, and where pairs share it a
+    combination of their vectors may be given, shape (n,).
     """
     unit, jacobian = orbits.unit(z), orbits.jacobian(z)
     values, vectors = np.linalg.eig(jacobian)
@@ -263,7 +265,7 @@ def hopf_cycle(
     turn = 2 * np.pi / float(values[critical].imag)
     paced = orbits.model.replace(duration=unit * turn)
     child = Cycles(paced, orbits.varied, by=method(jacobian * turn))
-    q, m = vectors[:, critical], child.segments
+    q, m = vectors[:, critical] if vector is None else vector, child.segments
     turns = np.exp(2j * np.pi * np.arange(m) / m)  # both discretizations begin with equal segments
     turning = np.real(q * turns[:, None]).ravel()
     tangent = np.concatenate([turning, np.zeros(len(child.units))])

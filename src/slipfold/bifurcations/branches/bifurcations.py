@@ -74,6 +74,9 @@ class BIFURCATION:
     ratio: float = 2.0  # of one change of the parameter at which they are compared to the next
     directions: int = 24  # directions from which they are: twice those of a symmetry D6
     sphere: int = 128  # the same around a point where more than two multipliers are critical
+    # Amplitude of cycles looked for beside a Hopf point of several pairs, and directions at a time
+    amplitude: float = 0.1
+    round: int = 32
     times: int = 3  # directions from which each branch must be found, else more are tried
     most: int = 8  # times as many, at most
     crowded: int = 20  # doublings above which longer periods are on request; a cascade has eight

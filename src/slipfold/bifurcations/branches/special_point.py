@@ -104,8 +104,8 @@ class SpecialPoint(LocatedPoint):
                 left = "; no other branch was found, as where a continuous symmetry turns one"
             elif distinct < len(angles):
                 left = (
-                    f"; cycles of at most {distinct} of the {len(angles)} critical pairs are "
-                    "followed, one of each frequency"
+                    f"; {len(angles)} pairs have {distinct} frequencies: of each, cycles are "
+                    "followed that were found from directions all around, and no images"
                 )
             if self.rare:
                 left += f"; others may be missing: few directions led to {self.rare} of those found"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -102,10 +102,15 @@ def emanating_branches(
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
         angles = np.sort(angles_on_circle(found.point.moving))
-        apart = angles[np.diff(angles, prepend=-1.0) > ALIKE]  # of equals one is followed
-        alone = len(apart) <= 1 and orbits.standing is None
-        several = [None] if alone else (apart / orbits.unit(z)).tolist()
-        first = [hopf_cycle(orbits, z, residual, method, frequency=each) for each in several]
+        begins = np.flatnonzero(np.diff(angles, prepend=-1.0) > ALIKE)
+        if len(angles) < 2 and orbits.standing is None:
+            return [hopf_cycle(orbits, z, residual, method)]
+        first = list[OrbitPoint]()
+        for at, count in zip(begins, np.diff(begins, append=len(angles)), strict=True):
+            cycle = partial(
+                hopf_cycle, orbits, z, residual, method, frequency=angles[at] / orbits.unit(z)
+            )
+            first += cycles_around(orbits.jacobian(z), cycle, angles[at], count)
         return sorted(first, key=lambda each: each.curve.duration(each.z))
     if found.type == "PD" and 2 * orbits.period <= largest:
         return [doubled_orbit(orbits, z, residual)]
@@ -135,27 +140,10 @@ def branches_around(
     right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-1 - found.count :]
     along = right @ point.tangent
     space = np.linalg.svd(along[None])[2][1:] @ right
-    points, times = list[OrbitPoint](), list[int]()
-    for number, direction in enumerate(_directions(found.count)):
-        if number % BIFURCATION.sphere == 0 and min(times, default=0) >= BIFURCATION.times:
-            break
-        row, counted = direction @ space, 1
-        while (item := _beside(orbits, point, row, space)) is not None:
-            same = [bool(np.linalg.norm(item.z - other.z) <= ALIKE) for other in points]
-            if any(same):
-                times[same.index(True)] += counted
-                break
-            points.append(item)
-            times.append(counted)
-            # The branch goes on there. What is found so says nothing of the directions.
-            row, counted = (point.z - item.z) @ space.T @ space, 0
-    distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
-    for item in points:
-        spectra = dict(_spectra(orbits, point, item))
-        if not any(_are_images(spectra, known) for _, known in distinct):
-            distinct.append((item, spectra))
+    points, times = _crossing(orbits, point, space, BIFURCATION.radius, BIFURCATION.sphere)
+    distinct = _distinct(orbits, point, points)
     children = []
-    for item, _ in distinct:
+    for item in distinct:
         tangent = (item.z - point.z) / np.linalg.norm(item.z - point.z)
         tests = {**point.tests, "LP": float(tangent[-1])}
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
@@ -164,7 +152,64 @@ def branches_around(
     return children, replace(found, images=len(points) - len(distinct), rare=rare)
 
 
-def _directions(count: int) -> Array:
+def cycles_around(
+    jacobian: Array, cycle: Callable[..., OrbitPoint], angle: float, count: int
+) -> list[OrbitPoint]:
+    """Return the first points of branches of cycles where several pairs have one frequency.
+
+    Any combination of the critical vectors turns, but few are directions of branches, as those of
+    waves round a ring. They are found like branches that leave one where several multipliers are
+    critical; the amplitude has to be larger, since cycles of any direction close to its third
+    power. `cycle` makes a cycle of no amplitude, of a given critical vector if there is one.
+    """
+    first = cycle()
+    if count == 1:
+        return [first]
+    child, none = first.curve, np.zeros(len(first.curve.units))
+    vectors = np.linalg.svd(jacobian - 1j * angle * np.eye(len(jacobian)))[2][-count:].conj()
+    turns = np.exp(2j * np.pi * np.arange(child.segments) / child.segments)[:, None]
+    rows = [
+        np.append(np.real(turns * q), none) for vector in vectors for q in (vector, 1j * vector)
+    ]
+    space = np.linalg.qr(np.transpose(rows))[0].T
+    points, _ = _crossing(child, first, space, BIFURCATION.amplitude, BIFURCATION.round)
+    moved = [(item.z - first.z) @ space.T @ space for item in _distinct(child, first, points)]
+    turned = [(turns.conj() * away[: child.size].reshape(len(turns), -1)).sum(0) for away in moved]
+    return [cycle(vector=vector) for vector in turned] or [first]
+
+
+def _crossing(
+    orbits: Orbits, point: OrbitPoint, space: Array, radius: float, batch: int
+) -> tuple[list[OrbitPoint], list[int]]:
+    """Return where branches cross a small sphere in a space, and from how many directions."""
+    points, times = list[OrbitPoint](), list[int]()
+    for number, direction in enumerate(_directions(len(space), batch)):
+        if number % batch == 0 and min(times, default=0) >= BIFURCATION.times:
+            break
+        row, counted = direction @ space, 1
+        while (item := _beside(orbits, point, row, space, radius)) is not None:
+            same = [orbits.distance(item.z, other.z) <= ALIKE for other in points]
+            if any(same):
+                times[same.index(True)] += counted
+                break
+            points.append(item)
+            times.append(counted)
+            # The branch goes on there. What is found so says nothing of the directions.
+            row, counted = (point.z - item.z) @ space.T @ space, 0
+    return points, times
+
+
+def _distinct(orbits: Orbits, point: OrbitPoint, points: Sequence[OrbitPoint]) -> list[OrbitPoint]:
+    """Return orbits of branches around a point, of images one."""
+    distinct: list[tuple[OrbitPoint, dict[float, Complex]]] = []
+    for item in points:
+        spectra = dict(_spectra(orbits, point, item))
+        if not any(_are_images(spectra, known) for _, known in distinct):
+            distinct.append((item, spectra))
+    return [item for item, _ in distinct]
+
+
+def _directions(count: int, batch: int) -> Array:
     """Return directions all around in so many dimensions, of any length.
 
     In more than two there is no telling how few of them lead to a branch: where some branches were
@@ -173,15 +218,17 @@ def _directions(count: int) -> Array:
     if count == 2:
         angles = 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions
         return np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.random.default_rng(0).normal(size=(BIFURCATION.most * BIFURCATION.sphere, count))
+    return np.random.default_rng(0).normal(size=(BIFURCATION.most * batch, count))
 
 
-def _beside(orbits: Orbits, point: OrbitPoint, row: Array, space: Array) -> OrbitPoint | None:
+def _beside(
+    orbits: Orbits, point: OrbitPoint, row: Array, space: Array, radius: float
+) -> OrbitPoint | None:
     """Return the orbit of another branch that lies near a direction; None if none is found."""
     found = None
     for _ in range(3):  # until the row is the direction of the branch itself
         row = row / np.linalg.norm(row)
-        guess = _nearest_orbit(orbits, point.z, BIFURCATION.radius * row, space)
+        guess = _nearest_orbit(orbits, point.z, radius * row, space)
         found = orbits.nearest(guess, row)
         if found is None:
             return None
