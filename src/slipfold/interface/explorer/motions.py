@@ -102,8 +102,10 @@ def steady_spectrum(trajectory: Trajectory) -> Spectrum:
 
 def _section(trajectory: Trajectory, names: tuple[str, ...]) -> dict[str, Any]:
     """Return outputs at phase zero, or where the first one passes its mean upwards."""
-    flow = flow_of(trajectory.model)
-    kept = min(max(trajectory.periods // 2, 1), PAGE.section)
+    flow, settlement = flow_of(trajectory.model), trajectory.settlement
+    # Of one that has settled, what it settled on: the rest is what is left of the way there.
+    most = PAGE.section if settlement.period is None else settlement.period
+    kept = min(max(trajectory.periods // 2, 1), most)
     if trajectory.model.forced:
         states = trajectory.states[-kept:]
         constants = flow.constants_of(trajectory.model)

@@ -29,8 +29,8 @@ const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
  */
 function orbitPlots(onPhase) {
   return [
-    timeSeries(onPhase), phasePortrait(), path(), spectrum(), multipliers(), eigenvalues(),
-    forces(onPhase), frictionLoop(),
+    timeSeries(onPhase), phasePortrait(), path(), frictionLoop(), spectrum(), multipliers(), eigenvalues(),
+    forces(onPhase),
   ];
 }
 
