@@ -1,6 +1,7 @@
 """Messages of simulations, and of views of their ends."""
 
 import json
+from collections import OrderedDict
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from slipfold.interface.explorer.messages import MotionRequest, OrbitThrough, Si
 from slipfold.interface.explorer.motions import ROUNDS, send_motion
 from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.trajectories import (
-    KeptTrajectories,
     ShownOrbit,
     contacts_view,
     orbit_view,
@@ -38,10 +38,15 @@ Vd = "0.5 m/s"
 """Three masses on a belt."""
 
 
+def sent(send, model, request, solutions):
+    pieces, kept = [], OrderedDict() if solutions is None else solutions
+    send(model, request, pieces.append, lambda: None, kept)
+    return pieces
+
+
 def last_message(model, solutions=None, **options):
-    pieces = []
     request = SimulationRequest(kind="simulation", id=1, model=model.name, **options)
-    send_simulation(model, request, pieces.append, solutions=solutions)
+    pieces = sent(send_simulation, model, request, solutions)
     assert [piece["done"] for piece in pieces] == [False] * (len(pieces) - 1) + [True]
     return pieces[-2] | pieces[-1]
 
@@ -77,7 +82,7 @@ def test_a_belt_carries_a_mass_as_simulate_says():
 
 @pytest.mark.long
 def test_a_long_motion_is_sent_as_what_a_plot_has_columns_for():
-    model, solutions = sf.Structure.from_toml(CHAIN), KeptTrajectories()
+    model, solutions = sf.Structure.from_toml(CHAIN), OrderedDict()
     last = last_message(model, solutions, periods=600)
     motion, sections = sf.simulate(model), last["sections"]
     assert motion.periods > PAGE.columns >= sections["count"] > PAGE.columns / 2
@@ -141,9 +146,7 @@ def test_a_motion_that_goes_on_is_one_motion():
 
 def views(model, outputs, solutions=None, **options):
     request = MotionRequest(kind="motion", id=1, model=model.name, outputs=outputs, **options)
-    pieces = []
-    send_motion(model, request, pieces.append, lambda: None, solutions or KeptTrajectories())
-    return pieces[-1]
+    return sent(send_motion, model, request, solutions)[-1]
 
 
 def test_views_of_a_response_are_those_of_simulate():

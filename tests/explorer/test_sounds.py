@@ -2,6 +2,7 @@
 
 import base64
 import math
+from collections import OrderedDict
 
 import numpy as np
 import pytest
@@ -10,13 +11,12 @@ import slipfold as sf
 from helpers.dry_friction import belt
 from slipfold.interface.explorer.messages import SoundRequest
 from slipfold.interface.explorer.sounds import SOUND, send_sound
-from slipfold.interface.explorer.trajectories import KeptTrajectories
 
 
 def heard(model, output, **options):
     request = SoundRequest(kind="sound", id=1, model=model.name, output=output, **options)
     pieces = []
-    send_sound(model, request, pieces.append, lambda: None, KeptTrajectories())
+    send_sound(model, request, pieces.append, lambda: None, OrderedDict())
     answer = pieces[-1]
     return answer, np.frombuffer(base64.b64decode(answer["samples"]), "<i2") / 32767
 
@@ -64,5 +64,5 @@ def test_a_cycle_is_heard_and_what_stands_still_is_not():
     resting = belt(sf.Coulomb(mu_s=0.1, mu_k=0.1), speed=0.0)
     request = SoundRequest(kind="sound", id=1, model="belt", output="x", start={"x": 1.0})
     pieces = []
-    send_sound(resting, request, pieces.append, lambda: None, KeptTrajectories())
+    send_sound(resting, request, pieces.append, lambda: None, OrderedDict())
     assert pieces[-1] == {"silent": True}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.interface.explorer.trajectories import orbit_view
+from slipfold.interface.explorer.trajectories import found_again, orbit_view
 
 PENDULUM = """
 name = "driven pendulum"
@@ -20,7 +20,7 @@ period = "3*pi"
 
 def test_an_orbit_ends_a_turn_later():
     model = sf.System(PENDULUM)
-    view = orbit_view(sf.periodic_orbit(model, state=model.start), "g")
+    view = orbit_view(found_again(model, sf.periodic_orbit(model, state=model.start), "g"), "g")
     angle = view["states"]["phi"]
     assert angle[-1] - angle[0] == pytest.approx(-2 * np.pi, abs=1e-5)
     assert np.abs(np.diff(angle)).max() < 0.2

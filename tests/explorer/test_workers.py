@@ -16,7 +16,7 @@ from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import ExportRequest, parse_request
 from slipfold.interface.explorer.security import ServerLimits
-from slipfold.interface.explorer.workers import Job, Workers, _subject
+from slipfold.interface.explorer.workers import MODEL, Job, Workers
 
 EXPONENTS = {"kind": "exponents", "id": 1, "model": "sliding"}
 
@@ -137,12 +137,9 @@ def test_a_file_is_made_of_what_is_shown_by_any_worker(view, monkeypatch):
     maker, other = Answering(Catalogue()), Answering(Catalogue())
     maker.answer(request, lambda view: None, lambda: None)
     result = pickle.loads(pickle.dumps(maker.made(request)))
-    for module, name in (
-        (answering, "response"),
-        (answering, "bifurcation_set"),
-        (trajectories, "simulate"),
-    ):
-        monkeypatch.delattr(module, name)
+    monkeypatch.delattr(answering, "response")
+    monkeypatch.delattr(answering, "bifurcation_set")
+    monkeypatch.delattr(trajectories, "simulate")
     other.adopt(request, result)
     for each in (maker, other):
         assert each.export(ExportRequest(view=request, format="csv"), lambda: None)
@@ -163,7 +160,7 @@ def test_a_file_does_not_wait_for_what_takes_long(explorer):
 def test_the_file_of_an_orbit_is_made_of_its_diagram():
     orbit = {"kind": "orbit", "id": 3, **BASE, "at": {"branch": 1, "arclength": 0.1}}
     views = [parse_request(json.dumps(view)) for view in (orbit, diagram(show="y"))]
-    assert len({*map(_subject, views)}) == 1
+    assert len({view.subject(*MODEL) for view in views}) == 1
 
 
 def made(request, place=1):

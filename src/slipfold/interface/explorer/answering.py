@@ -53,14 +53,16 @@ from slipfold.interface.explorer.sounds import send_sound
 from slipfold.interface.explorer.sweeps import send_sweep
 from slipfold.interface.explorer.texts import answered
 from slipfold.interface.explorer.trajectories import (
-    KeptTrajectories,
+    Kept,
     ShownOrbit,
     found_again,
     jacobian_of,
+    keep,
     orbit_at,
     orbit_view,
     send_exponents,
     send_simulation,
+    solution_of,
 )
 from slipfold.models.model import Model
 from slipfold.parameter_space.measurement import parse_measurement
@@ -70,9 +72,6 @@ from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.orbit import SavedOrbit
 from slipfold.results.records import provenance
 from slipfold.results.result import Result
-from slipfold.results.simulation import Simulation
-
-PlaneKey = tuple[Model, tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]
 
 
 class _Warm(Exception):
@@ -84,13 +83,11 @@ class Answering:
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
-        self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
-        self._nearest: OrderedDict[Hashable, Diagram] = OrderedDict()
-        self._moved_diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
-        self._planes: OrderedDict[Hashable, LocusDiagram] = OrderedDict()
+        self._made: Kept = OrderedDict()  # diagrams, planes and solutions
+        self._nearest: Kept = OrderedDict()
+        self._moved_diagrams: Kept = OrderedDict()
         # Keys of what the clock ended on a busy machine: it is computed again when it is shown.
         self._late = set[Hashable]()
-        self._solutions = KeptTrajectories()
 
     def warm_up(self, is_wanted: Callable[[], bool]) -> None:
         """Compile or load the flows of the first model, so that the first request does not wait.
@@ -130,7 +127,7 @@ class Answering:
                 STREAMS[request.kind](self._catalogue.of(request), request, send, check)
             elif request.kind in VIEWS_OF_SOLUTIONS:
                 show = VIEWS_OF_SOLUTIONS[request.kind]
-                show(self._catalogue.of(request), request, send, check, self._solutions)
+                show(self._catalogue.of(request), request, send, check, self._made)
             else:
                 self._answer(request, send, check)
         except InputError as error:
@@ -186,7 +183,7 @@ class Answering:
             result = self._plane(view, check)
         else:
             view = cast(SimulationRequest, view)
-            result = self._solutions.of(model, view, lambda note: None, check)
+            result = solution_of(model, view, lambda note: None, check, self._made)
         if request.format in FIGURES:
             pinned = {}
             if isinstance(view, DiagramRequest):
@@ -201,24 +198,12 @@ class Answering:
 
     def made(self, request: ViewRequest) -> Result | None:
         """Return the whole result of which an answer showed parts, if it has one."""
-        model = self._catalogue.of(request)
-        if isinstance(request, DiagramRequest):
-            return self._diagrams.get(_key(model, request))
-        if isinstance(request, PlaneRequest):
-            return self._planes.get(_plane_key(model, request))
-        if isinstance(request, SimulationRequest):
-            return self._solutions.known(model, request)
-        return None
+        result: Result | None = self._made.get(_key(self._catalogue.of(request), request))
+        return result
 
     def adopt(self, view: DrawnRequest, result: Result) -> None:
         """Take what another process made for a view in place of computing it."""
-        model = self._catalogue.of(view)
-        if isinstance(view, DiagramRequest | OrbitRequest):
-            keep(self._diagrams, _key(model, view), cast(Diagram, result))
-        elif isinstance(view, PlaneRequest):
-            keep(self._planes, _plane_key(model, view), cast(LocusDiagram, result))
-        elif isinstance(view, SimulationRequest):
-            self._solutions.keep(model, view, cast(Simulation, result))
+        keep(self._made, _key(self._catalogue.of(view), view), result)
 
     # -- what is computed ----------------------------------------------------------------------
 
@@ -229,7 +214,7 @@ class Answering:
         """
         model = self._catalogue.of(request)
         near, key = self._nearest.get(_family(model, request)), _key(model, request)
-        if near is None or key in self._diagrams:
+        if near is None or key in self._made:
             return None
         moved_key = near.model, key
         if moved_key not in self._moved_diagrams:
@@ -251,18 +236,18 @@ class Answering:
         """Return the diagram that a request is about; show the response before what is added."""
         model = self._catalogue.of(request)
         key = _key(model, request)
-        known = self._diagrams.get(key)
+        known: Diagram | None = self._made.get(key)
         if known is None or (observer and key in self._late):
             if known is not None and show is not None:
                 show(known)
             watch = GapsProgress(_checking(check, observer), model, request, show)
             also = [item.along(request.vary) for item in request.also]
             given = (model, request.vary, request.span)
-            self._diagrams[key] = response(*given, also=also, gaps=True, on_progress=watch)
+            known = response(*given, also=also, gaps=True, on_progress=watch)
             (self._late.add if watch.is_late else self._late.discard)(key)
-        keep(self._nearest, _family(model, request), self._diagrams[key])
-        keep(self._diagrams, key, self._diagrams[key])
-        return self._diagrams[key]
+        keep(self._nearest, _family(model, request), known)
+        result: Diagram = keep(self._made, key, known)
+        return result
 
     def _orbit(self, request: OrbitRequest, check: Check) -> ShownOrbit:
         """Return the orbit that a request is about; while a slider moves, on moved branches."""
@@ -271,7 +256,7 @@ class Answering:
             return ShownOrbit(orbit_at(model, request.vary, at), at)
         near, key = self._nearest.get(_family(model, request)), _key(model, request)
         moved = None
-        if near is not None and key not in self._diagrams:
+        if near is not None and key not in self._made:
             moved = self._moved_diagrams.get((near.model, key))
         branches = (moved or self._diagram(request, check)).branches
         if at.branch > len(branches):
@@ -289,13 +274,15 @@ class Answering:
         self, request: PlaneRequest, check: Check, observer: PlaneProgress | None = None
     ) -> LocusDiagram:
         """Return the bifurcation set that a request is about."""
-        watch, key = _checking(check, observer), _plane_key(self._catalogue.of(request), request)
-        found = self._planes.get(key)
+        model, x, y = self._catalogue.of(request), request.x, request.y
+        key, watch = _key(model, request), _checking(check, observer)
+        found: LocusDiagram | None = self._made.get(key)
         if found is None or (observer and key in self._late):  # a file is what is drawn
-            found = bifurcation_set(*key, on_progress=watch)
+            plane = (x.name, y.name), (x.span, y.span)
+            found = bifurcation_set(model, *plane, on_progress=watch)
             (self._late.add if observer and observer.is_late else self._late.discard)(key)
-        keep(self._planes, key, found)
-        return found
+        result: LocusDiagram = keep(self._made, key, found)
+        return result
 
 
 STREAMS: Mapping[str, Callable[..., None]] = {
@@ -340,25 +327,11 @@ def _elsewhere(branch: Branch, at: OnBranch, found: float) -> str:
     return f"{why}; choose a point that is nearer"
 
 
-def keep(diagrams: OrderedDict[Hashable, Any], key: Hashable, diagram: Any) -> None:
-    """Store a diagram, or who has it, as the newest of a few."""
-    diagrams[key] = diagram
-    diagrams.move_to_end(key)
-    if len(diagrams) > PAGE.diagrams:
-        diagrams.popitem(last=False)
-
-
-def _key(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
-    """Return the key of a diagram."""
-    return model, request.vary, request.span, str(request.also)
-
-
-def _plane_key(model: Model, request: PlaneRequest) -> PlaneKey:
-    """Return the key of a bifurcation set."""
-    x, y = request.x, request.y
-    return model, (x.name, y.name), (x.span, y.span)
+def _key(model: Model, request: ViewRequest | DrawnRequest) -> Hashable:
+    """Return the key of a result."""
+    return model, request.subject()
 
 
 def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
     """Return the key of diagrams that differ in parameters alone."""
-    return model.kind, request.vary, request.span, str(request.also)
+    return model.kind, request.subject()

@@ -83,6 +83,10 @@ class _Request(_Message):
         return {"kind": self.kind, "id": self.id, "slot": self.slot}
 
 
+_SUBJECT = {"vary", "span", "also", "x", "y", "start", "perturbation", "periods", "interval"}
+"""Fields on which a result depends; others say what is shown of it."""
+
+
 class _ModelRequest(_OfModel, _Request):
     parameters: Values = {}  # those that differ from the defaults, SI units
 
@@ -90,6 +94,10 @@ class _ModelRequest(_OfModel, _Request):
     def varied(self) -> tuple[str, ...]:
         """The parameters that the request varies."""
         return ()
+
+    def subject(self, *more: str) -> str:
+        """Return what is computed of a model, whatever is shown of it; with more fields."""
+        return self.model_dump_json(include={*_SUBJECT, *more})
 
 
 class FurtherStart(_Message):

@@ -12,7 +12,12 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import MotionRequest
 from slipfold.interface.explorer.plain import Check, Emit, axis_of, number, short
 from slipfold.interface.explorer.settings import PAGE
-from slipfold.interface.explorer.trajectories import KeptTrajectories, finite_columns, spectrum_view
+from slipfold.interface.explorer.trajectories import (
+    Kept,
+    finite_columns,
+    solution_of,
+    spectrum_view,
+)
 from slipfold.long_term.spectrum import Spectrum, find_spectrum
 from slipfold.models.model import Model
 
@@ -26,13 +31,11 @@ LEVEL = 1e-9
 """Mean over the range below which a motion is about zero: the rest is rounding."""
 
 
-def send_motion(
-    model: Model, request: MotionRequest, emit: Emit, check: Check, solutions: KeptTrajectories
-) -> None:
+def send_motion(model: Model, request: MotionRequest, emit: Emit, check: Check, kept: Kept) -> None:
     """Send views of the end of a simulation; what has no value in places is left out."""
     for name in request.outputs:
         axis_of(model, name)  # before what takes time
-    trajectory = solutions.of(model, request, emit, check)
+    trajectory = solution_of(model, request, emit, check, kept)
     if trajectory.periods == 0:
         emit({"empty": True})
         return

@@ -23,8 +23,8 @@ class PAGE:
     loci: float = 60.0  # seconds of a processor for a bifurcation set, drawn as it grows
     # Difference of an orbit's value from the requested one, in spans; rounding at folds makes less
     apart: float = 1e-3
-    diagrams: int = 16  # diagrams stored, each below a megabyte
-    solutions: int = 8  # trajectories stored, each some megabytes at most: 20,000 states
+    # Results stored: diagrams below a megabyte, trajectories of some megabytes at most
+    kept: int = 16
     # Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six
     digits: int = 7
     points: int = 20_000  # points that a browser draws and searches without delay

@@ -14,7 +14,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.interface.explorer.messages import SoundRequest
 from slipfold.interface.explorer.motions import period_of, repeated, steady_spectrum
 from slipfold.interface.explorer.plain import Check, Emit, axis_of
-from slipfold.interface.explorer.trajectories import KeptTrajectories
+from slipfold.interface.explorer.trajectories import Kept, solution_of
 from slipfold.models.model import Model
 
 
@@ -32,12 +32,10 @@ class SOUND:
     swept_seconds: float = 0.04
 
 
-def send_sound(
-    model: Model, request: SoundRequest, emit: Emit, check: Check, solutions: KeptTrajectories
-) -> None:
+def send_sound(model: Model, request: SoundRequest, emit: Emit, check: Check, kept: Kept) -> None:
     """Send the end of a simulation as sound: one response to be repeated, or some seconds."""
     axis_of(model, request.output)  # before what takes time
-    trajectory = solutions.of(model, request, emit, check)
+    trajectory = solution_of(model, request, emit, check, kept)
     settlement = trajectory.settlement
     repeats = repeated(trajectory)
     if trajectory.periods == 0 or (settlement.settled and not repeats):

@@ -173,53 +173,42 @@ def spectrum_view(spectrum: Spectrum, orders: float, names: tuple[str, ...] = ()
     }
 
 
-class KeptTrajectories:
-    """The solutions that were computed last: views and files of one do not compute it again."""
-
-    def __init__(self) -> None:
-        self._kept: OrderedDict[Hashable, Simulation] = OrderedDict()
-
-    def of(
-        self, model: Model, request: SolutionRequest, emit: Emit, check: Check = lambda: None
-    ) -> Simulation:
-        """Return the solution that a request is about; send how far it is."""
-
-        def note(now: Progress) -> dict[str, Any]:
-            if now.stage == "checks":
-                return {"far": "the whole motion"}
-            return {"far": f"{now.done} of {now.total} periods" if model.forced else now.text}
-
-        key, start = _key(model, request), start_of(model, request)
-        if key not in self._kept:
-            watch = now_and_then(emit, check, note)
-            self.keep(model, request, simulate(*run_of(model, request), start, on_progress=watch))
-        self._kept.move_to_end(key)
-        return self._kept[key]
-
-    def known(self, model: Model, request: SolutionRequest) -> Simulation | None:
-        """Return the solution that a request is about, if it is kept."""
-        return self._kept.get(_key(model, request))
-
-    def keep(self, model: Model, request: SolutionRequest, solution: Simulation) -> None:
-        """Keep a solution that a request is about."""
-        self._kept[_key(model, request)] = solution
-        while len(self._kept) > PAGE.solutions:
-            self._kept.popitem(last=False)
+Kept = OrderedDict[Hashable, Any]
+"""What was computed last, by model and subject."""
 
 
-def _key(model: Model, request: SolutionRequest) -> Hashable:
-    return model, *start_of(model, request).items(), request.periods, request.interval
+def keep(kept: Kept, key: Hashable, made: Any) -> Any:
+    """Keep what was computed as the newest of a few, and return it."""
+    kept[key] = made
+    kept.move_to_end(key)
+    if len(kept) > PAGE.kept:
+        kept.popitem(last=False)
+    return made
+
+
+def solution_of(
+    model: Model, request: SolutionRequest, emit: Emit, check: Check, kept: Kept
+) -> Simulation:
+    """Return the solution that a request is about, integrated once; send how far it is."""
+
+    def note(now: Progress) -> dict[str, Any]:
+        if now.stage == "checks":
+            return {"far": "the whole motion"}
+        return {"far": f"{now.done} of {now.total} periods" if model.forced else now.text}
+
+    known, start = kept.get(key := (model, request.subject())), start_of(model, request)
+    if known is None:
+        watch = now_and_then(emit, check, note)
+        known = simulate(*run_of(model, request), start, on_progress=watch)
+    result: Simulation = keep(kept, key, known)
+    return result
 
 
 def send_simulation(
-    model: Model,
-    request: SimulationRequest,
-    emit: Emit,
-    check: Check = lambda: None,
-    solutions: KeptTrajectories | None = None,
+    model: Model, request: SimulationRequest, emit: Emit, check: Check, kept: Kept
 ) -> None:
     """Integrate a solution; send how far it is, and at its end what is drawn of it."""
-    result = (solutions or KeptTrajectories()).of(model, request, emit, check)
+    result = solution_of(model, request, emit, check, kept)
     # Apart, so that a page draws one and hears its reader before it draws the other.
     ended = result.settlement.settled or result.stopped is not None
     longer = None if ended else _advised(result)

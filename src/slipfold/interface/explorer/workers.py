@@ -12,7 +12,7 @@ import signal
 import sys
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -21,7 +21,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from slipfold.errors import InputError
-from slipfold.interface.explorer.answering import Answering, keep
+from slipfold.interface.explorer.answering import Answering
 from slipfold.interface.explorer.catalogue import Catalogue
 from slipfold.interface.explorer.messages import (
     DiagramRequest,
@@ -33,6 +33,7 @@ from slipfold.interface.explorer.messages import (
 )
 from slipfold.interface.explorer.security import ServerLimits
 from slipfold.interface.explorer.settings import PAGE
+from slipfold.interface.explorer.trajectories import Kept, keep
 from slipfold.models.model import Model
 
 READY = 0
@@ -283,18 +284,15 @@ class WorkerProcess:
             loop.call_soon_threadsafe(self.ended, self)
 
 
+MODEL = ("model", "text", "parameters")
+"""What says in a request of which model it is."""
+
 NONE_STARTS = "no worker process can be started; the terminal of slipfold explore says why"
 
 KILLED = (
     "the worker process that computed this was ended from outside ({code}), perhaps for lack of "
     "memory; a fresh one takes its place, so ask again"
 )
-
-
-def _subject(view: ViewRequest) -> str:
-    """Return what a view is about, whatever is shown of it: of an orbit its diagram."""
-    shown = {"id", "slot", "show", "statistic", "rests", "at"}
-    return view.model_dump_json(exclude=shown).replace('"kind":"orbit"', '"kind":"diagram"')
 
 
 class Workers:
@@ -313,7 +311,7 @@ class Workers:
         self._numbers = itertools.count(READY + 1)
         self._pending: list[Job] = []
         self._workers: list[WorkerProcess] = []
-        self._made: OrderedDict[Hashable, bytes] = OrderedDict()  # by subject, pickled
+        self._made: Kept = OrderedDict()  # pickled, by subject
         self._failed_starts = 0
         self._extra = True  # whether one more may start for quick jobs
         self._stopping = False
@@ -348,7 +346,7 @@ class Workers:
             return
         if isinstance(job.request, ExportRequest):
             # Each worker has its own seconds after which curves end: it would make another file.
-            job.made = self._made.get(_subject(job.request.view))
+            job.made = self._made.get(job.request.view.subject(*MODEL))
         self._pending.append(job)
         job.since = perf_counter()
         self._dispatch()
@@ -428,7 +426,7 @@ class Workers:
             job = worker.job
             if reply.last:
                 if reply.made is not None and not isinstance(job.request, PostedRequest):
-                    keep(self._made, _subject(job.request), reply.made)
+                    keep(self._made, job.request.subject(*MODEL), reply.made)
                 worker.finish()
                 if worker.resident_bytes() > self._limits.worker_bytes:
                     self._workers[worker.index] = self._started(worker.index)
