@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from slipfold.arrays import Array, Complex
+from slipfold.continuation.interpolation import POINTS
+from slipfold.orbits.bifurcation_types import PAIRED
 from slipfold.orbits.discretization import Cut
 from slipfold.orbits.eigenvalues import transition
 from slipfold.orbits.kinds import Cycles, Equilibria
@@ -20,6 +23,7 @@ from slipfold.orbits.test_functions import (
     UNKNOWN,
     Degeneracy,
     critical_pair,
+    critical_places,
     degeneracy,
     floquet_multipliers,
 )
@@ -169,7 +173,7 @@ class Critical(OrbitCurve):
     def _degeneracy(self, plain: Linearization) -> Degeneracy:
         if not np.isfinite(plain.blocks).all():
             return UNKNOWN
-        found = degeneracy(self.condition, plain.monodromy)
+        found = degeneracy(self.condition, plain.monodromy, self._pair(plain))
         if len(plain.blocks) <= MANY or not np.isfinite(found.value):
             return found
         # Rounding at each node enters it as its vectors have grown up to there and grow from there.
@@ -179,6 +183,33 @@ class Critical(OrbitCurve):
         grown = np.linalg.norm(ends, axis=2) * np.linalg.norm(backward, axis=2)
         size = float(np.sqrt(1 + (grown**2).sum()))
         return Degeneracy(found.value / size, found.left / size, found.right)
+
+    def _pair(self, plain: Linearization) -> tuple[int, int] | None:
+        """Return the places of the critical pair where others stand beside it, else None."""
+        standing = self.orbits.standing
+        if standing is None or self.condition not in PAIRED:
+            return None
+        places = critical_places(self.condition, floquet_multipliers(plain.monodromy), standing)
+        return (int(places[0]), int(places[1])) if len(places) else None
+
+    def critical_multiplier(self, plain: Linearization) -> complex | None:
+        """Return the upper multiplier of that pair."""
+        pair = self._pair(plain)
+        return None if pair is None else complex(floquet_multipliers(plain.monodromy)[pair[0]])
+
+    def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
+        """Return the last points as described by what fits the last one, None if this does.
+
+        What stands is known by where it was last, as it lies beside the critical pair.
+        """
+        found, last = super().renewed(points), points[-1]
+        standing = last.curve.orbits.standing
+        moved = None if standing is None else standing.moved(last.multipliers)
+        if found is not None or moved is None:
+            return found
+        other = last.curve.with_orbits(last.curve.orbits.leaving_out(moved))
+        own = [item for item in points[-POINTS:] if item.resembles(last)]
+        return other, [replace(item, curve=other) for item in own]
 
     def pair_tangents(self, z: Array) -> list[Array]:
         """Return the tangents of the two loci that cross where two pairs are critical.

@@ -46,6 +46,10 @@ class Eigenvalues(Multipliers):
         """Return how far a mode turns in the unit of time, from its multiplier on the circle."""
         return float(np.angle(multiplier))
 
+    def turned(self, angle: float) -> complex:
+        """Return the multiplier of a mode that turns so far in the unit of time."""
+        return complex(np.exp(1j * angle))
+
     def growth(self, part: Linearization) -> float:
         """Return infinity: no bound is computed."""
         return np.inf
@@ -91,6 +95,10 @@ class Cayley(Eigenvalues):
     def turn(self, multiplier: complex) -> float:
         """Return the same: the transform takes i w, over the unit of time, to 2 arctan(w/2)."""
         return 2 * math.tan(np.angle(multiplier) / 2)
+
+    def turned(self, angle: float) -> complex:
+        """Return the same, transformed."""
+        return (1 + 0.5j * angle) / (1 - 0.5j * angle)
 
     def matrix(self, part: Linearization) -> Array:
         """Return Cayley's transform of the Jacobian."""

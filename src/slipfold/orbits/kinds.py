@@ -273,6 +273,10 @@ class Equilibria(Orbits):
         """Return the frequency in rad/s that a multiplier on the unit circle stands for."""
         return self.spectrum.turn(multiplier) / self.unit(z)
 
+    def multiplier(self, z: Array, frequency: float) -> complex:
+        """Return the multiplier on the unit circle that stands for a frequency in rad/s."""
+        return self.spectrum.turned(frequency * self.unit(z))
+
     def unit(self, z: Array) -> float:
         """Return the unit of time in seconds."""
         return float(self.vector(z)[self.model.parameter_index("duration")])

@@ -32,6 +32,7 @@ from slipfold.orbits.test_functions import (
     evaluate_each,
     evaluate_tests,
     floquet_multipliers,
+    others_of,
 )
 from slipfold.text import outside
 
@@ -89,6 +90,11 @@ class OrbitPoint(Point):
     def critical(self, kind: str) -> Indices:
         """Return the places of the multipliers that make a bifurcation of some kind of it."""
         return critical_places(kind, self.multipliers, self.curve.orbits.standing)
+
+    def beside(self, kind: str) -> Complex:
+        """The multipliers that neither are these nor stand, in their order."""
+        standing, values = self.curve.orbits.standing, self.multipliers
+        return values[others_of(kind, values, standing)]
 
     @property
     def unstable(self) -> int:

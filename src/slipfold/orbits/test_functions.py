@@ -145,6 +145,24 @@ class Standing:
         known = {"PD": self.flipping, "LP": NOTHING, "BP": NOTHING, "fold": NOTHING}
         return self._without(known.get(name, self.turning), multipliers)
 
+    @staticmethod
+    def beside(multiplier: complex, multipliers: Complex) -> Standing | None:
+        """Return all that is on the circle besides a critical pair; None if nothing is."""
+        target = np.array([multiplier, np.conj(multiplier)])
+        near = np.abs(multipliers[:, None] - target).argmin(axis=0)
+        others = np.delete(multipliers, near)
+        found = others[are_neutral(others, ALIKE)]
+        return Standing(np.array([found, found]), NOTHING, ALIKE) if len(found) else None
+
+    def moved(self, multipliers: Complex) -> Standing | None:
+        """Return the same as they are at a point; None where they hardly moved on the way there."""
+        left = self.moving(multipliers)
+        own = match_multipliers(self.turning[0], np.delete(multipliers, left))
+        gap = np.abs(multipliers[left, None] - own).min(initial=1.0)
+        if np.abs(own - self.turning[0]).max() < DRIFT * gap:
+            return None
+        return Standing(np.array([own, own]), self.flipping, self.within)
+
     def moving(self, multipliers: Complex) -> Indices:
         """Return the places of all that do not stand. Shapes: multipliers (n,)."""
         return self._without(self.turning, multipliers)
@@ -158,6 +176,9 @@ class Standing:
             left = np.delete(left, np.lexsort((distance, off[left]))[0])
         return left
 
+
+DRIFT = 0.1
+"""Part of the gap to others by which multipliers that stand may move before it is noted where."""
 
 NOTHING: Complex = np.empty((2, 0), dtype=complex)
 """No multipliers at either end."""
@@ -276,6 +297,13 @@ def critical_places(kind: str, multipliers: Complex, standing: Standing | None =
         return np.empty(0, dtype=np.int64)
     target = BIFURCATION_TYPES[kind].critical
     return np.array([np.abs(multipliers - target).argmin()], dtype=np.int64)
+
+
+def others_of(kind: str, multipliers: Complex, standing: Standing | None = None) -> Indices:
+    """Return the places of what neither makes an orbit critical nor stands, in their order."""
+    every = np.arange(len(multipliers))
+    moving = every if standing is None else standing.moving(multipliers)
+    return np.setdiff1d(moving, critical_places(kind, multipliers, standing))
 
 
 def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:

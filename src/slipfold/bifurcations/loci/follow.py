@@ -290,7 +290,7 @@ class _Loci(CurveSet[OrbitPoint]):
         kind = "rests" if rests(point.model, point.nodes) else "moves"
         base = self._bases.setdefault(kind, own)
         orbits, z = as_unknown(point, base, plane, self._settings)
-        return equations_of(orbits, point), z
+        return equations_of(orbits, point, z), z
 
     def start(
         self, curve: LocusEquations, z: Array, point: SpecialPoint

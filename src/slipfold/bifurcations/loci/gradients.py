@@ -60,7 +60,7 @@ def _gradients(point: SpecialPoint, names: tuple[str, ...], settings: Settings) 
         z[-2] = point.model.values[name] / plane[name]
         if crossing:  # its equations depend on the plane; in some the branches are parted
             weights = _crossing_weights(beside, z)
-        moved = -float(weights @ column_of(equations_of(beside, point).linearize(z), OTHER))
+        moved = -float(weights @ column_of(equations_of(beside, point, z).linearize(z), OTHER))
         gradients[name] = moved * plane[point.vary] / plane[name] + 0.0
     return gradients
 
@@ -75,10 +75,10 @@ def solved(
 ) -> tuple[Orbits, Correction]:
     """Return a special point as it solves its equations; the other parameter is held."""
     orbits, z = as_unknown(point, point.model, plane, settings)
-    found = corrected(equations_of(orbits, point), z, OTHER, settings)
+    found = corrected(equations_of(orbits, point, z), z, OTHER, settings)
     if not found.converged and orbits.by.smooth and orbits.kind == "periodic":
         orbits, z = on_a_mesh(orbits, point)
-        found = corrected(equations_of(orbits, point), z, OTHER, settings)
+        found = corrected(equations_of(orbits, point, z), z, OTHER, settings)
     if not found.converged or found.distance > LOCUS.moved:
         raise ValueError(found.failure or "the equations lead to another point")
     return orbits, found

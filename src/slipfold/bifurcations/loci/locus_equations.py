@@ -25,7 +25,13 @@ from slipfold.orbits.measures import Extremal
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.normal_forms.maps import FORMS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PRODUCTS, critical_places, floquet_multipliers
+from slipfold.orbits.test_functions import (
+    PRODUCTS,
+    Standing,
+    critical_places,
+    floquet_multipliers,
+    others_of,
+)
 
 PROJECTIONS = 3
 """Corrections of the first orbit of a locus to one of any kind: each squares the error."""
@@ -133,7 +139,7 @@ class LocusEquations(Critical):
         self, z: Array, linearization: Linearization, multipliers: Complex, size: float
     ) -> dict[str, float]:
         target = -1.0 if self.condition == "PD" else 1.0
-        others = np.delete(multipliers, critical_places(self.condition, multipliers))
+        others = multipliers[others_of(self.condition, multipliers)]
         # The derivative of the characteristic polynomial: smooth where two multipliers meet.
         factors = np.where(np.eye(len(multipliers), dtype=bool), 1.0, target - multipliers)
         double, pairs = float(factors.prod(axis=1).sum().real / size), _pair_product(others, size)
@@ -158,10 +164,12 @@ class LocusEquations(Critical):
     def _pair_tests(
         self, z: Array, linearization: Linearization, multipliers: Complex, size: float
     ) -> dict[str, float]:
-        places = critical_places(self.condition, multipliers)
+        standing = self.orbits.standing
+        places = critical_places(self.condition, multipliers, standing)
         cosine = float(multipliers[places].sum().real / 2)
+        moving = multipliers[others_of(self.condition, multipliers, standing)]
         others = np.delete(multipliers, places)
-        folds, pairs = _product(1 - others, size), _pair_product(others, size)
+        folds, pairs = _product(1 - others, size), _pair_product(moving, size)
         sine2 = 1 - cosine * cosine
         defined = sine2 > self.forms.neutral and np.abs(1 - others).min(initial=1.0) > LOCUS.pole
         cubic = (self._coefficient(z, linearization) if defined else np.nan) * sine2 * folds
@@ -252,9 +260,15 @@ class ExtremumEquations(LocusEquations):
         return self._extremal.conditions(self.orbits, plain, z)
 
 
-def equations_of(orbits: Orbits, point: SpecialPoint) -> LocusEquations:
-    """Return the equations of the locus of a special point."""
+def equations_of(orbits: Orbits, point: SpecialPoint, z: Array) -> LocusEquations:
+    """Return the equations of the locus of a special point, which is an unknown of theirs."""
     if point.type not in EXTREMUM_TYPES:
+        if not np.isnan(point.angle):
+            multiplier = np.exp(1j * point.angle)
+            if isinstance(orbits, Equilibria):
+                multiplier = orbits.multiplier(z, 2 * np.pi / point.duration)
+            known = floquet_multipliers(orbits.linearize(z).monodromy)
+            orbits = orbits.leaving_out(Standing.beside(multiplier, known))
         return LocusEquations(orbits, point.type)
     assert point.measured is not None
     held = -2 if list(orbits.varied)[-1] == point.vary else -1

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus
 from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
 from slipfold.bifurcations.loci.locus_equations import LOCUS, LocusEquations
@@ -18,7 +17,6 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, DOUBLED, PAIRED, CriticalMultiplier
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint
-from slipfold.orbits.test_functions import critical_places
 
 
 def on_branch_points(
@@ -267,8 +265,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return abs(found.point.tests[self._curve.held]) > LOCUS.vanishes
         if not self._curve.is_spectral:
             return not (found.type in STANDING_STILL and self._turns_at_parent(found.point))
-        values, condition = found.point.multipliers, self._curve.condition
-        others = np.delete(values, critical_places(condition, values))
+        condition = self._curve.condition
+        others = found.point.beside(condition)
         if found.type in CUBIC and self._is_pole_alone(found.point):
             return False
         if found.type in STANDING_STILL:
@@ -293,9 +291,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def _outside(self, point: OrbitPoint) -> int:
         """Number of multipliers outside the unit circle besides the critical ones."""
-        places = critical_places(self._curve.condition, point.multipliers)
-        others: Array = np.abs(np.delete(point.multipliers, places))
-        return int(np.count_nonzero(others > 1))
+        return int(np.count_nonzero(np.abs(point.beside(self._curve.condition)) > 1))
 
 
 def _near_crossing(before: OrbitPoint, point: OrbitPoint) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.kinds import Cycles
+from slipfold.orbits.kinds import Cycles, Equilibria
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.normal_forms.codimension_two import (
     codimension_two_coefficients,
@@ -42,7 +42,8 @@ class Forms:
         An error of linear algebra says that there is none.
         """
         map_ = SegmentMap(curve.orbits, z, linearization)
-        return critical_coefficient(map_, linearization.monodromy, curve.condition)
+        known = curve.critical_multiplier(linearization)
+        return critical_coefficient(map_, linearization.monodromy, curve.condition, known)
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
         """Return the mean length of the unit critical vector in the scales of the orbit's model."""
@@ -77,7 +78,8 @@ class CycleForms(Forms):
         if isinstance(curve.orbits, Cycles) and curve.orbits.stands(z):
             raise np.linalg.LinAlgError("a cycle of no amplitude has no return map")
         map_ = ReturnMap(curve.orbits, z, curve.orbits.scales)
-        return critical_coefficient(map_, map_.rescaled(linearization.product), curve.condition)
+        known, matrix = curve.critical_multiplier(linearization), linearization.product
+        return critical_coefficient(map_, map_.rescaled(matrix), curve.condition, known)
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
         """Return the mean length of that vector, which does not depend on where a cycle begins."""
@@ -108,7 +110,11 @@ class EquilibriumForms(Forms):
         if curve.condition == "BP":
             matrix = np.eye(len(curve.orbits.scales)) + field.jacobian
             return critical_coefficient(field, matrix, "BP")
-        return first_lyapunov_coefficient(field)
+        known, orbits = curve.critical_multiplier(linearization), curve.orbits
+        if known is None:
+            return first_lyapunov_coefficient(field)
+        assert isinstance(orbits, Equilibria)
+        return first_lyapunov_coefficient(field, orbits.frequency(z, known))
 
     def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return the coefficients that decide what happens near a point of codimension two."""

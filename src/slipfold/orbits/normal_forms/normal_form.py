@@ -138,11 +138,13 @@ def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratio
     return map_.length(q, value, product, ratios)
 
 
-def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> float:
+def critical_coefficient(
+    map_: MapDerivatives, monodromy: Array, kind: str, known: complex | None = None
+) -> float:
     """Return the coefficient whose sign decides the criticality. Shapes: monodromy (n, n)."""
 
     def form() -> Form[float]:
-        critical = critical_vectors(monodromy, _distance(kind))
+        critical = critical_vectors(monodromy, _distance(kind, known))
         return (yield from _FORMS[kind](map_, monodromy, critical))
 
     (found,) = solved_forms([form()])
