@@ -70,14 +70,3 @@ def test_orbits_and_their_multipliers(item):
     if "determinant" in item:
         determinant = np.prod(orbit.multipliers)
         assert determinant == pytest.approx(item["determinant"], abs=1e-11)
-
-
-@pytest.mark.parametrize("Nd", [0.05, 0.15])
-@pytest.mark.parametrize("name", ["x", "y"])
-def test_spectra_of_the_orbits(Nd, name):
-    orbit = periodic_orbit(SlidingOscillator(f=12.2, Nd=Nd), 2 if Nd == 0.15 else 1)
-    amplitudes = np.abs(np.fft.rfft(orbit.output(name, 512)[1], norm="forward"))
-    amplitudes[1:] *= 2
-    found = amplitudes[:4] if orbit.period == 2 else [amplitudes[0], 0, amplitudes[1], 0]
-    expected = DATA["spectra"][f"Nd={Nd}"][f"{name}/L"]
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
