@@ -115,22 +115,14 @@ def search(
 
     Shapes: starts (k, n).
     """
-    work, interrupted, maximum = None, False, periods or 1024
-    rows = np.random.default_rng(0).permutation(len(starts))[: ATTRACTOR.scouts]
-    ahead = starts[rows] if len(starts) > 2 * ATTRACTOR.scouts else starts[:0]
+    work, interrupted = None, False
     try:
         model = measured(model)
         if not model.forced and not known:
             model = _paced(model, starts)
         verified = AttractorSet(model)
         verified.known.extend(known)
-        total = len(ahead) + len(starts)
-        work = _Search(
-            verified, starts, maximum, _counted(observer, len(ahead), len(starts), total)
-        )
-        if len(ahead):
-            first = _Search(verified, ahead, maximum, _counted(observer, 0, len(ahead), total))
-            first.run(measure=measure)
+        work = _Search(verified, starts, periods or 1024, observer)
         work.run(measure=measure)
     except KeyboardInterrupt:
         interrupted = True

@@ -143,7 +143,6 @@ class ATTRACTOR:
     preserved: float = 1e-9  # sum of exponents per period that is zero but for rounding
     reach: float = 1.5  # half width of the default box, in scales
     stored: int = 33  # last states of each trajectory that are examined
-    scouts: int = 256  # starts of a first search; others mostly converge to what it finds
     visiting: int = 256  # periods in which a trajectory visits most of a torus or chaos
     paced: int = 7  # trajectories from which the interval is chosen
     slower: float = 8.0  # ratio of intervals, where they arrive and before, above which it grows
