@@ -487,13 +487,13 @@ class ReturnChain(ReturnMap):
 
     A product of the maps' matrices loses a critical multiplier beside one of :math:`10^5`. The
     vectors that the normal form needs are found for all sections at once instead, from
-    :math:`A_j q_j = q_{j+1}` with :math:`q_m = \mu q_0`, and so are the adjoint ones and those of
+    :math:`A_j q_j = q_{j+1}` with :math:`q_m = -q_0`, and so are the adjoint ones and those of
     second order: nothing is multiplied up. With :math:`w_j` the left null vector,
 
     .. math:: c = \frac{1}{6} \sum_j w_j^* \bigl(C_j(q_j, q_j, q_j) + 3 B_j(q_j, h_j)\bigr), \quad
               h_{j+1} - A_j h_j = B_j(q_j, q_j)
 
-    for a period doubling, and in the same way for a torus.
+    for a period doubling.
     """
 
     def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:
@@ -509,67 +509,34 @@ class ReturnChain(ReturnMap):
         self._whole = self._blocks(self._nodes, begin, end)[1]
         self._matrices = np.swapaxes(self._bases[1:], 1, 2) @ self._whole @ self._bases[:-1]
 
-    def form(self, kind: str, multiplier: complex, ratios: Array) -> tuple[float, float]:
+    def doubling(self, ratios: Array) -> tuple[float, float]:
         """Return the coefficient and the mean length of the critical vector round the cycle.
 
         Shapes: ratios (n,).
         """
-        factor = -1.0 if kind == "PD" else multiplier / abs(multiplier)
-        left, values, right = np.linalg.svd(self._around(factor))
+        left, values, right = np.linalg.svd(self._around(-1.0))
         if not values[-1] < FORMS.singular:
-            raise np.linalg.LinAlgError(f"the chain has lost the multiplier of its {kind}")
-        shape = len(self._matrices), -1
-        q, w = right[-1].conj().reshape(shape), left[:, -1].reshape(shape)
-        w = w / np.vdot(w[-1], q[0]).conjugate()
-        coefficient = self._doubling(q, w) if kind == "PD" else self._torus(q, w, factor)
-        return coefficient, self._mean(q, factor, ratios)
+            raise np.linalg.LinAlgError("the chain has lost the multiplier of its PD")
+        q, w = (vector.reshape(len(self._matrices), -1) for vector in (right[-1], left[:, -1]))
+        w = w / (w[-1] @ q[0])
+        known = [self._powers_of(j, each[None]) for j, each in enumerate(q)]
+        squares, cubes = (np.concatenate(each) for each in zip(*known, strict=True))
+        bent = np.linalg.solve(self._around(1.0), -squares.ravel()).reshape(q.shape)
+        pairs = enumerate(zip(q.astype(complex), bent.astype(complex), strict=True))
+        mixed = [polarized(partial(self._squares_of, j), [pair])[0].real for j, pair in pairs]
+        return float(np.vdot(w, cubes + 3 * np.array(mixed)) / 6), self._mean(q, ratios)
 
-    def _around(self, factor: complex) -> Vector:
+    def _around(self, factor: float) -> Array:
         """Return the matrix of ``A_j q_j - q_(j+1)``, the last ``q_m`` the first times a factor."""
         count, n, _ = self._matrices.shape
-        matrix = np.zeros((count, n, count, n), dtype=np.result_type(factor, float))
+        matrix = np.zeros((count, n, count, n))
         for j, block in enumerate(self._matrices):
             matrix[j, :, j] += block
             matrix[j, :, (j + 1) % count] -= np.eye(n) * (factor if j == count - 1 else 1.0)
         return matrix.reshape(count * n, count * n)
 
-    def _solved(self, factor: complex, right: Vector) -> Vector:
-        """Solve ``h_(j+1) - A_j h_j = b_j``. Shapes: right (m, n - 1)."""
-        return np.linalg.solve(self._around(factor), -right.ravel()).reshape(right.shape)
-
-    def _doubling(self, q: Array, w: Array) -> float:
-        squares, cubes = self._each(q[:, None])
-        bent = self._solved(1.0, squares[:, 0])
-        mixed = self._mixed([(q.astype(complex), bent.astype(complex))]).real
-        return float(np.vdot(w, cubes[:, 0] + 3 * mixed) / 6)
-
-    def _torus(self, q: Vector, w: Vector, factor: complex) -> float:
-        a, b = q.real, q.imag
-        found = self._each(np.stack([a, b, a + b, a - b], axis=1))
-        even, odd, cubic = pair_terms(*(part.swapaxes(0, 1) for part in found))
-        still = self._solved(1.0, even).astype(complex)
-        double = self._solved(factor**2, odd)
-        mixed = self._mixed([(q, 2 * still), (q.conj(), double)])
-        inner = np.vdot(w, cubic + mixed)
-        return float(0.5 * (np.conj(factor) * inner).real)
-
-    def _each(self, directions: Array) -> tuple[Array, Array]:
-        """Return B_j(v, v) and C_j(v, v, v) of each map. Shapes: directions (m, r, n - 1)."""
-        found = [self._powers_of(j, each) for j, each in enumerate(directions)]
-        second, third = zip(*found, strict=True)
-        return np.array(second), np.array(third)
-
-    def _mixed(self, pairs: list[tuple[Vector, Vector]]) -> Vector:
-        """Return the sum of B_j(u_j, v_j) over pairs. Shapes: (m, n - 1)."""
-
-        def squares(j: int, directions: Array) -> Array:
-            return self._powers_of(j, directions)[0]
-
-        found = [
-            polarized(partial(squares, j), [(u[j], v[j]) for u, v in pairs])
-            for j in range(len(self._matrices))
-        ]
-        return np.sum(found, axis=1)
+    def _squares_of(self, j: int, directions: Array) -> Array:
+        return self._powers_of(j, directions)[0]
 
     def _powers_of(self, j: int, directions: Array) -> tuple[Array, Array]:
         """Return B(v, v) and C(v, v, v) of one map. Shapes: directions (r, n - 1)."""
@@ -583,12 +550,12 @@ class ReturnChain(ReturnMap):
         )
         return self.across(jets, self._flows[j + 1], self._bases[j + 1])
 
-    def _mean(self, q: Vector, factor: complex, ratios: Array) -> float:
+    def _mean(self, q: Array, ratios: Array) -> float:
         """Return the root mean square of the flow's own vector that lies over q."""
         starts = np.einsum("jab,jb->ja", self._bases[:-1], q)
         ends = np.einsum("jab,jb->ja", self._whole, starts)
         flows = self._flows[1:]
         gained = np.sum(ends * flows, axis=1) / np.sum(flows**2, axis=1)
         before = np.concatenate([[0.0], np.cumsum(gained)])
-        along = before[:-1] + before[-1] / (factor - 1)
+        along = before[:-1] - before[-1] / 2  # the vector turns round: -1 - 1
         return self.mean_length(starts + along[:, None] * self._flows[:-1], ratios)

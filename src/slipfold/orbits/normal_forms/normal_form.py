@@ -83,12 +83,9 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
         known = complex(point.multipliers[point.critical(kind)[0]])
     distance = _distance(kind, known)
     if not distance(np.linalg.eigvals(matrix).astype(complex)).min() < FORMS.lost:
-        if not orbits.free_phase or kind not in ("PD", "NS"):
+        if not orbits.free_phase or kind != "PD":
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
-        multipliers = orbits.multipliers(point)
-        multiplier = complex(multipliers[np.argmin(distance(multipliers))])
-        chain = ReturnChain(orbits, point.z, orbits.scales)
-        return _judged(kind, *chain.form(kind, multiplier, ratios))
+        return _judged(kind, *ReturnChain(orbits, point.z, orbits.scales).doubling(ratios))
     q, _, value = critical = critical_vectors(matrix, distance)
     if kind == "LP":
         pull = map_.mapped(_parameter_pull(linearization))
