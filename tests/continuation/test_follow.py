@@ -45,6 +45,21 @@ def cubic(height):
     return Polynomials([0.0, -height, 0.0, 1.0])
 
 
+class Dipping(Polynomials):
+    """A line, along which a function dips below zero between two zeros that lie `apart` from c."""
+
+    noise = 1e-15
+
+    def __init__(self, c, apart, rounding=0.0):
+        super().__init__([0.0, 0.3])
+        self.c, self.apart, self.rounding, self.computed = c, apart, rounding, 0
+
+    def tests(self, z, tangent):
+        self.computed += 1
+        dip = 2 * np.sin((z[0] - self.c) / 2) ** 2 - 2 * np.sin(self.apart / 2) ** 2
+        return {"dip": dip + self.rounding * np.sin(1e12 * z[0])}
+
+
 class Ending(AlgebraicCurve):
     """p = 3 x log(x), which has no points beyond x = 0."""
 
@@ -285,3 +300,25 @@ def test_what_only_rounding_changes_is_no_contradiction():
     for point, error in zip(trail.points, noise, strict=True):
         point.z[1] += error
     assert unexplained_reversal(trail) is None
+
+
+@pytest.mark.parametrize("apart", [1e-2, 1e-4, 1e-6])
+def test_two_zeros_near_each_other_are_found_wherever_they_lie_in_a_step(apart):
+    for c in np.linspace(0.4, 2.6, 12):
+        line = Dipping(c, apart)
+        found = follow(line, line.begin([0, 0], row=[1, 0]), [(0, 0, 3)], [Zeros(line)]).found
+        places = [item.point.z[0] for item in found]
+        # To 1e-12 of the search, and rounding of places.
+        np.testing.assert_allclose(places, [c - apart, c + apart], rtol=0, atol=1e-11)
+
+
+def test_a_function_that_only_touches_zero_has_none_there_whatever_rounding_says():
+    for c in np.linspace(0.4, 2.6, 12):
+        line, known = Dipping(c, 0.0, rounding=1e-10), Dipping(c, 1e-3)
+        line.noise = 1e-9
+        trails = [
+            follow(item, item.begin([0, 0], row=[1, 0]), [(0, 0, 3)], [Zeros(item)])
+            for item in (line, known)
+        ]
+        assert not trails[0].found
+        assert line.computed < 2 * known.computed

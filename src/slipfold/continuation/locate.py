@@ -50,6 +50,8 @@ class ZERO:
     corrections: int = 5
     # Maximum number of halvings of an interval, to 1/128 of a step
     depth: int = 7
+    # The same of further divisions between two zeros near each other
+    deeper: int = 2
     # Where else an interval is divided, in its length, if Newton's method left the curve there
     elsewhere: tuple[float, ...] = (0.5, 0.3, 0.7, 0.15, 0.85)
     # Points that test functions are interpolated through
@@ -61,6 +63,9 @@ class ZERO:
     unsure: float = 0.25
     # A test function that falls between two points to this fraction of its values is examined
     dip: float = 0.15
+    # The same of one that has a minimum there: where its third derivative changes its sign, errors
+    # are larger than interpolation says. Zeros in steps of cosines are found with more than 0.2
+    bottom: float = 0.5
     # Fraction of its distance from zero by which the bound of the multipliers may change in a step
     change: float = 0.5
 

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from typing import Any, Generic
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from slipfold.arrays import Array, Mask
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
-from slipfold.continuation.locate import ZERO, Guesses, corrected, insert, locating, point_at
+from slipfold.continuation.locate import (
+    ZERO,
+    Guesses,
+    LostCurveError,
+    corrected,
+    insert,
+    locating,
+    point_at,
+)
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
 
 
@@ -52,23 +61,53 @@ class Zeros(Generic[P]):
         A sign change brackets a zero. Two zeros between the points leave no sign change. So the
         test functions are interpolated; where one may come near zero, the point there is computed
         and both halves are searched. The interval is halved as well if its special points do not
-        explain how the two points differ.
+        explain how the two points differ, and divided between two zeros that lie near each other.
         """
-        arclength = _ambiguous_arclength(self, history, a, b) if depth < ZERO.depth else None
-        if arclength is not None and self.excludes(a, b):
+        between, middle, last = _between(self, history, a, b), None, depth >= ZERO.depth
+        if between.ambiguous.any() and self.excludes(a, b):
             return []
+        arclength = None if last else between.ambiguous_arclength
         if arclength is None:
             found = self.located(history, a, b)
             explained = self.accounts_for(found, a, b)
-            if depth >= ZERO.depth and not explained:
+            if depth <= ZERO.depth + ZERO.deeper and (last or explained):
+                middle = self._between_zeros(history, a, b, between)
+            if middle is None and last and not explained:
                 found = self.hidden(found, history, a, b)
-            if depth >= ZERO.depth or explained:
+            if middle is None and (last or explained):
                 return sorted(found, key=lambda item: item.point.arclength)
             arclength = 0.5 * (a.arclength + b.arclength)
-        middle = self._point_between(history, a, b, arclength)
+        middle = middle or self._point_between(history, a, b, arclength)
         insert(history, middle)
         left = self.search(history, a, middle, depth + 1)
         return left + self.search(history, middle, b, depth + 1)
+
+    def _between_zeros(self, history: Sequence[P], a: P, b: P, between: Interpolated) -> P | None:
+        """Return a point between two zeros of a function near each other, None if none is found.
+
+        Curves may cross where a function only touches zero; beside that point the equations are
+        singular, and no interval is divided there. Exact values say how low the function is.
+        """
+        known, noise = [*history], self.curve.noise
+        for index, arclength, sign in between.dips():
+            for _ in range(ZERO.corrections):
+                try:
+                    point = point_at(self.curve, known, arclength)
+                except LostCurveError:
+                    break
+                inside = a.arclength < point.arclength < b.arclength
+                if not (inside and _leads_along(point, a, b)):
+                    break
+                value = sign * self.values(point)[index]
+                if value < -noise:
+                    return point
+                insert(known, point)
+                near = well_spaced(known, point.arclength, point.arclength, ZERO.knots)
+                values = [sign * self.values(item)[index] for item in near]
+                arclength, least = _minimum([item.arclength for item in near], values)
+                if value <= noise or not least < ZERO.dip * value:
+                    break
+        return None
 
     def _point_between(self, history: list[P], a: P, b: P, arclength: float) -> P:
         """Return a point of the curve between two, at an arclength or elsewhere.
@@ -79,9 +118,15 @@ class Zeros(Generic[P]):
         length = b.arclength - a.arclength
         for place in (arclength, *(a.arclength + fraction * length for fraction in ZERO.elsewhere)):
             point = point_at(self.curve, history, place)
-            if max(abs(float(point.tangent @ end.tangent)) for end in (a, b)) > ZERO.along:
+            if _leads_along(point, a, b) and not self._touches(point, a, b):
                 break
         return point
+
+    def _touches(self, point: P, a: P, b: P) -> bool:
+        """Whether a function is zero to rounding at a point, and has one sign at two others."""
+        noise, first, last = self.curve.noise, self.values(a), self.values(b)
+        same = (first * last > 0) & (np.minimum(np.abs(first), np.abs(last)) > noise)
+        return bool((same & (np.abs(self.values(point)) <= noise)).any())
 
     def excludes(self, a: P, b: P) -> bool:
         """Whether there can be no zero between two points, whatever the functions do."""
@@ -146,8 +191,23 @@ def slope_at(
     return float((function(last) - function(first)) / (last.arclength - first.arclength))
 
 
-def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> float | None:
-    """Return where a test function may reach zero without a sign change at the ends.
+def _leads_along(point: Point, a: Point, b: Point) -> bool:
+    """Whether the tangent of a point is near that of one of two others."""
+    return max(abs(float(point.tangent @ end.tangent)) for end in (a, b)) > ZERO.along
+
+
+def _minimum(where: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
+    """Return where the polynomial through values is least, next to the first, and its value."""
+    places = np.array(where) - where[0]
+    found = Polynomial.fit(places, values, len(places) - 1)
+    zeros = found.deriv().roots()
+    least = zeros.real[(zeros.imag == 0) & (found.deriv(2)(zeros.real) > 0)]
+    nearest = least[np.abs(least).argmin()] if len(least) else np.nan
+    return float(where[0] + nearest), float(found(nearest))
+
+
+def _between(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> Interpolated:
+    """Return the test functions between two points.
 
     Each function is interpolated in two ways: its values, and the quantities it is computed from.
     The interpolation that changes less if a point is left out is the better one.
@@ -159,11 +219,11 @@ def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) ->
     numbers = _index(near, a), _index(near, b)
     weights = interpolation_weights(arclengths, grid, (a.arclength, b.arclength), numbers)
     values = weights @ np.array([monitor.values(point) for point in near])
-    arclength = Interpolated.from_values(values, ends).ambiguous_arclength(grid)
-    extrapolated = None if arclength is None else monitor.extrapolated(near, weights)
+    found = Interpolated.from_values(grid, values, ends, monitor.curve.noise)
+    extrapolated = monitor.extrapolated(near, weights) if found.ambiguous.any() else None
     if extrapolated is None:
-        return arclength
-    return Interpolated.from_values(values, ends, extrapolated).ambiguous_arclength(grid)
+        return found
+    return Interpolated.from_values(grid, values, ends, monitor.curve.noise, extrapolated)
 
 
 def _index(points: Sequence[P], point: P) -> int:
@@ -208,32 +268,41 @@ def interpolation_weights(
 class Interpolated:
     """Test functions between two points of a curve; of many curves with a first axis."""
 
-    inside: Array  # the functions on a grid between the points, shape (t, f)
+    grid: Array  # arclengths between the points, shape (t,)
+    inside: Array  # the functions there, shape (t, f)
     errors: Array  # their changes if the point farthest away is left out, shape (t, f)
     ends: Array  # the functions at the points, shape (2, f)
     end_errors: Array  # their differences from the interpolation of the others, shape (2, f)
+    noise: float  # what of them is rounding
 
     @staticmethod
-    def from_values(values: Array, ends: Array, extrapolated: Array | None = None) -> Interpolated:
+    def from_values(
+        grid: Array, values: Array, ends: Array, noise: float, extrapolated: Array | None = None
+    ) -> Interpolated:
         """Interpolate the functions from their values, or take predictions where these are better.
 
         Shapes: values, extrapolated as the rows of `interpolation_weights`, (2 t + 2, f).
         """
         size = (values.shape[-2] - 2) // 2
-        grid, fewer = slice(None, size), slice(size, -2)
+        own, fewer = slice(None, size), slice(size, -2)
         if extrapolated is not None:
             one, other = (
-                np.abs(each[..., grid, :] - each[..., fewer, :]) for each in (values, extrapolated)
+                np.abs(each[..., own, :] - each[..., fewer, :]) for each in (values, extrapolated)
             )
             better = other.max(axis=-2) < one.max(axis=-2)
             values = np.where(better[..., None, :], extrapolated, values)
-        inside = values[..., grid, :]
+        inside = values[..., own, :]
         errors = np.abs(inside - values[..., fewer, :])
-        return Interpolated(inside, errors, ends, np.abs(ends - values[..., -2:, :]))
+        return Interpolated(grid, inside, errors, ends, np.abs(ends - values[..., -2:, :]), noise)
 
-    @property
+    @cached_property
     def ambiguous(self) -> Mask:
-        """Whether each may reach zero, or have more zeros than its signs show, shape (f,).
+        """Whether each may reach zero, or have more zeros than its signs show, shape (f,)."""
+        return np.asarray(self._near_zero | self._dips)
+
+    @cached_property
+    def _near_zero(self) -> Mask:
+        """Whether the grid shows that; shape (f,).
 
         The error between the points is at most the change that one point less would make. If a
         function is near zero at a point and its error there is large, its slope is not known, and
@@ -244,13 +313,24 @@ class Interpolated:
         if self._crosses.any():
             several = np.count_nonzero(self._changes, axis=-2) > 1
             found = np.where(self._crosses, several, found)
-        if found.any():  # not of functions that are not defined, or are zero, everywhere
+        return self._defined(found)
+
+    @cached_property
+    def _dips(self) -> Mask:
+        """Whether each may go beyond zero between two places, by more than rounding; shape (f,)."""
+        return self._defined(np.asarray((self._bottoms[0] < -self.noise).any(axis=-2)))
+
+    def _defined(self, found: Mask) -> Mask:
+        """Return what holds of functions that are not undefined, or zero, everywhere."""
+        if found.any():
             found &= np.isfinite(self.inside).all(axis=-2) & (self.ends != 0).any(axis=-2)
         return np.asarray(found)
 
-    def ambiguous_arclength(self, grid: Array) -> float | None:
-        """Return where the first of them on one curve is ambiguous, None if none is."""
-        for index in self.ambiguous.nonzero()[0].tolist():
+    @property
+    def ambiguous_arclength(self) -> float | None:
+        """Where the first of them on one curve is near zero on the grid, None if none is."""
+        grid = self.grid
+        for index in self._near_zero.nonzero()[0].tolist():
             if self._crosses[index]:
                 changes = self._changes[:, index].nonzero()[0]
                 return float(grid[min(changes[1], len(grid) - 1)])
@@ -258,6 +338,40 @@ class Interpolated:
             lowest = int(above.argmin())
             return float(grid[lowest] if above[lowest] < 0 else 0.5 * (grid[0] + grid[-1]))
         return None
+
+    def dips(self) -> Iterator[tuple[int, float, float]]:
+        """Yield the numbers of those on one curve that may dip, where, and their signs there."""
+        low, away = self._bottoms
+        for index in self._dips.nonzero()[0].tolist():
+            place = int(low[:, index].argmin())
+            arclength = self.grid[place] + away[place, index] * (self.grid[1] - self.grid[0])
+            beside = self.inside[place] if self._crosses[index] else self.ends[0]
+            yield index, float(arclength), float(np.sign(beside[index]))
+
+    @cached_property
+    def _bottoms(self) -> tuple[Array, Array]:
+        """Lower bounds of moduli between places, and where, in places; each of shape (t, f).
+
+        They are of the bottoms of parabolas through three values; infinite where there is none.
+        """
+        inner, crosses = self._inner, self._crosses[..., None, :]
+        first, last = np.abs(self.ends[..., :1, :]), np.abs(self.ends[..., 1:, :])
+        values = np.concatenate([first, inner, np.where(crosses, -last, last)], axis=-2)
+        sides = np.where(crosses, np.sign(inner), 1.0)
+        parts = values[..., :-2, :], inner, values[..., 2:, :]
+        before, here, after = (sides * part for part in parts)
+        bend, slope = before - 2 * here + after, 0.5 * (after - before)
+        found = (np.abs(slope) <= bend) & (bend > 0)
+        found &= ~crosses | (np.minimum(before, after) >= 0)
+        if not found.any():
+            return np.full_like(inner, np.inf), slope
+        away = np.divide(-slope, bend, out=np.zeros_like(bend), where=found)
+        none = np.zeros_like(first)
+        errors = np.concatenate([none, self.errors, none], axis=-2)
+        beside = np.where(away > 0, errors[..., 2:, :], errors[..., :-2, :])
+        error = self.errors + np.abs(away) * (beside - self.errors)
+        bound = np.maximum(error, ZERO.bottom * np.minimum(first, last))
+        return np.where(found, here + 0.5 * away * slope - bound, np.inf), away
 
     @cached_property
     def _crosses(self) -> Mask:

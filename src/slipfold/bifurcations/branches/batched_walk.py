@@ -288,7 +288,8 @@ class Walk(FrontEquations):
             values = np.concatenate([result.tests[which, None], history], axis=1)
             grid = arclengths_between(last, new)
             weights = interpolation_weights(where, grid, (last, new), (1, 0))
-            tests_between = Interpolated.from_values(weights @ values, values[:, 1::-1])
+            own = weights @ values, values[:, 1::-1], self._branches[0].orbits.noise
+            tests_between = Interpolated.from_values(grid, *own)
             ambiguous[which] = tests_between.ambiguous.any(axis=1)
         changed = (front.tests[active, -1] > 0) != (result.tests > 0)
         changed &= regular[:, None]

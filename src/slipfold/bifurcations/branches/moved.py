@@ -262,7 +262,9 @@ class _Line:
         near, ends = _nearest(s), (s[:-1], s[1:])
         grid = arclengths_between(*ends)
         weights = interpolation_weights(s[near], grid, ends, (0, 1))
-        between = Interpolated.from_values(weights @ tests[near], tests[near[:, :2]])
+        between = Interpolated.from_values(
+            grid, weights @ tests[near], tests[near[:, :2]], self._branch.orbits.noise
+        )
         found = np.asarray(between.ambiguous.any(axis=1))
         found[: self._departs] = False
         return found
