@@ -59,8 +59,8 @@ class ZERO:
     # Arclengths between two points at which functions are interpolated
     grid: int = 16
     # Fraction of its interpolation error below which a test function may have changed its sign
-    # twice: a parabola with that error in its slope falls by so much
-    unsure: float = 0.25
+    # twice: twice what a parabola with that error in its slope falls by, for one that grows fast
+    unsure: float = 0.5
     # A test function that falls between two points to this fraction of its values is examined
     dip: float = 0.15
     # The same of one that has a minimum there: where its third derivative changes its sign, errors
