@@ -32,8 +32,8 @@ def test_a_diagram_has_the_branches_and_bifurcations_of_the_response(client, bas
         for mark, point in zip(shown["special"], branch.special, strict=True):
             assert (mark["type"], mark["criticality"]) == (point.type, point.criticality)
             assert mark["value"] == pytest.approx(point.value, rel=1e-12)
-            assert mark["leads_to"] == point.leads_to
             assert point.name in mark["sentence"]
+            assert (point.leads_to is None) == ("leaves here" not in mark["sentence"])
 
 
 def test_values_that_cannot_be_had_are_reported_without_computing(explorer):
@@ -133,7 +133,6 @@ def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
         branch.multipliers[9].tolist(), rel=1e-9
     )
     assert answer["t"][-1] == pytest.approx(2 / 12.5, rel=1e-6)
-    assert answer["phase"][-1] == pytest.approx(2)
     for column in [*answer["states"].values(), *answer["outputs"].values()]:
         assert column[0] == pytest.approx(column[-1])
     assert answer["mechanism"] == {"kind": "sliding"}

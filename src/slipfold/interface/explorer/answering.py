@@ -114,13 +114,11 @@ class Answering:
 
     def answer(self, request: ViewRequest, emit: Emit, check: Check) -> None:
         """Compute what a request asks for."""
-        started = perf_counter()
 
         def send(view: dict[str, Any]) -> None:
             check()
-            elapsed = round(1e3 * (perf_counter() - started), 1)
             # No view may rename the request that it answers: the page would not take it.
-            emit({"done": True, **view, **request.head, "elapsed_ms": elapsed})
+            emit({"done": True, **view, **request.head})
 
         try:
             if request.kind in STREAMS:

@@ -87,7 +87,6 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "id": branch.id,
         "kind": branch.kind,
         "period": branch.period,
-        "parent": branch.parent,
         "statistic": statistic,
         "x": short(x),
         "y": short(y),
@@ -112,8 +111,6 @@ def _special(point: SpecialPoint, y: float) -> dict[str, Any]:
         "arclength": point.arclength,
         "period": point.period,
         "criticality": point.criticality,
-        "coefficient": number(point.coefficient),
-        "leads_to": point.leads_to,
         "words": _words(point),
         "sentence": _sentence(point),
     }

@@ -124,7 +124,6 @@ def orbit_view(shown: ShownOrbit, vary: str) -> dict[str, Any]:
     names = [state.name for state in model.states]
     return {
         "t": short(time),
-        "phase": short(time / flow_of(model).constants_of(model).period),
         "states": {name: columns[name] for name in names},
         "outputs": {name: column for name, column in columns.items() if name not in names},
         "spectrum": spectrum_view(
