@@ -289,12 +289,18 @@ class _Search:
         _refuse_stopped(hybrid.stopped)
         last, *before = hybrid.states[: -2 - ORBIT.max_period : -1]
         back = np.flatnonzero(distances(hybrid.model, np.array(before), last) < ORBIT.repeated)
-        if len(back) and (after := int(back[0]) + 1) > self.period:
-            raise InputError(
-                f"the motion of {self.model.name} repeats after {after} forcing periods, not "
-                f"after {self.period}; ask for period {after}, or give a state nearer to another"
-            )
-        return self._from_node(hybrid.model, last)
+        after = int(back[0]) + 1 if len(back) else self.period
+        try:
+            orbits, z, found = self._from_node(hybrid.model, last)
+            if found.converged or after <= self.period:
+                return orbits, z, found
+        except InputError:
+            if after <= self.period:
+                raise
+        raise InputError(
+            f"the motion of {self.model.name} repeats after {after} forcing periods, not after "
+            f"{self.period}; ask for period {after}, or give a state nearer to another"
+        )
 
     def in_slip(self, orbit: PeriodicOrbit) -> PeriodicOrbit:
         """Return an orbit by the smooth flow, unless its contacts stick, open or reverse."""
