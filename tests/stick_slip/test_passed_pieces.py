@@ -13,7 +13,7 @@ MU = 0.2
 def _system(rate: float, changing: str, states: dict, contacts: dict) -> sf.System:
     """A system in which the formula Q of p passes a critical value where p is the root of q."""
     return sf.System(
-        parameters={"p": -0.7, "q": 1e-4, "c": 0.5},
+        parameters={"p": -0.7, "q": 1e-4, "c": 0.5, "d": 0.0},
         formulas={"Q": f"{changing}*(1 + c*(p*p - q))", "A": f"cos({rate}*t)"},
         states=states,
         contacts={
@@ -24,13 +24,12 @@ def _system(rate: float, changing: str, states: dict, contacts: dict) -> sf.Syst
     )
 
 
-def grazing() -> sf.System:
+def grazing(also: dict | None = None) -> sf.System:
     """Steady slip of a mass on a belt stops where its velocity is that of the belt."""
     rate = 1.1
     force = abs(1 - rate**2 + 0.2j * rate) / rate
-    return _system(
-        rate, f"{force!r}", {"x": "v", "v": "Q*A - x - 0.2*v + R"}, {"R": ("1 - v", "1")}
-    )
+    states = {"x": "v", "v": "Q*A - x - 0.2*v + R", **(also or {})}
+    return _system(rate, f"{force!r}", states, {"R": ("1 - v", "1")})
 
 
 def sticking() -> sf.System:
@@ -60,19 +59,22 @@ def meeting() -> sf.System:
     [
         *(("GRAZE", grazing, apart, c) for apart in (1e-2, 1e-5) for c in (-0.5, 0.5)),
         *(("STICK", sticking, apart, c) for apart in (1e-2, 1e-4) for c in (-0.5, 0.5)),
-        *(("LIFT", lifting, *rest) for rest in ((1e-2, -0.5), (1e-2, 0.5), (1e-5, 0.5))),
-        *(("MEET", meeting, 1e-2, c) for c in (-0.1, 0.1)),
+        *(("LIFT", lifting, apart, c) for apart in (1e-2, 1e-5) for c in (-0.5, 0.5)),
+        *(("MEET", meeting, apart, c) for apart in (1e-2, 1e-4) for c in (-0.1, 0.1)),
     ],
 )
 def test_both_changes_are_found_at_any_step(type, make, apart, c, largest):
-    model = make().replace(c=c, q=apart**2)
+    model = make().replace(c=c, q=apart**2, p=-0.5)
     settings = sf.Settings(largest_period=1, steps=sf.Steps(largest=largest))
-    (branch,) = sf.response(sf.periodic_orbit(model), "p", (-0.7, 0.7), settings=settings).branches
+    (branch,) = sf.response(sf.periodic_orbit(model), "p", (-0.5, 0.7), settings=settings).branches
     assert branch.stopped.kind == "span"
-    found = [item.value for item in branch.special if item.type == type]
-    found = [value for value in found if abs(value) < 2 * apart]
+    found = [item for item in branch.special if item.type == type and abs(item.value) < 2 * apart]
     # Changes are resolved to 1e-11: a margin c (p^2 - q) with that error has another root
-    assert found == pytest.approx([-apart, apart], abs=1e-11 / (2 * abs(c) * apart))
+    known = pytest.approx([-apart, apart], abs=1e-11 / (2 * abs(c) * apart))
+    assert [item.value for item in found] == known
+    for item in found:  # of the formulas rounding remains, a margin by 1e-16
+        error = abs(abs(item.value) - apart)
+        assert error <= item.uncertainty + 1e-16 / (2 * abs(c) * apart)
 
 
 @pytest.mark.parametrize("make", [grazing, sticking, lifting, meeting])
@@ -84,3 +86,14 @@ def test_orbits_that_only_come_near_a_change_do_not_make_it(make):
             orbit, "p", (-0.2, 0.25), settings=sf.Settings(largest_period=1)
         ).branches
         assert (branch.stopped.kind, len(branch.special)) == ("span", 0)
+
+
+def test_both_changes_are_found_on_a_locus():
+    # Of a second mass period doublings do not depend on p
+    model = grazing(also={"y": "w", "w": "-0.1*w - (0.15 + 0.33*d + 0.4*A)*y"})
+    orbit, settings = sf.periodic_orbit(model), sf.Settings(largest_period=1)
+    (branch,) = sf.response(orbit, "d", (0, 1.4), settings=settings).branches
+    (doubling,) = branch.special
+    (locus,) = sf.locus(doubling, ("p", "d"), {"p": (-0.7, 0.7), "d": (-0.3, 2)}).loci
+    found = [item.values[0] for item in locus.special if item.type == "GRAZE"]
+    assert found == pytest.approx([-0.01, 0.01], abs=1e-9)

@@ -387,7 +387,7 @@ GRAZED = {
     "GRAZE": (Ending.STOPS, Ending.SLOWS, Ending.YIELDS),
     "LIFT": (Ending.PARTS, Ending.MEETS),
 }
-"""Events that are touched at a place where contacts begin or cease to do something."""
+"""Events that are grazed at a place where contacts begin or cease to do something."""
 
 MET = (*GRAZED, "STICK")
 """Types of loci on which a change of contacts is only just met."""

@@ -42,7 +42,7 @@ SPREADS = 6
 ROUNDING = float(np.finfo(float).eps)
 
 
-def parameter_rounding(bordered: SquareMatrix, z: Array, residual: float = 0.0) -> float:
+def parameter_rounding(bordered: SquareMatrix, z: Array, residual: float | Array = 0.0) -> float:
     """Return what rounding of the segments' ends can do to the last unknown, the parameter.
 
     Where each equation may have a larger error, `residual`, that counts.

@@ -7,13 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.continuation.newton import LeastSquares
 from slipfold.flow.modes import Ending
 from slipfold.newton import Rule, find_root
+from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 MEETS = Rule(close=1e-9, longest=0.1)
 """An orbit has converged after a step this short: the next one is of the order of its square."""
+
+AT_ONCE = 1e-11
+"""Phases between two changes that are not distinguished from none."""
 
 
 class _Change(NamedTuple):
@@ -66,17 +71,18 @@ def _swapped(
     return part, one, other
 
 
-def meeting_between(a: OrbitPoint, b: OrbitPoint) -> Array | None:
+def meeting_between(a: OrbitPoint, b: OrbitPoint) -> tuple[Array | None, float]:
     """Return the unknown of the orbit on which changes meet that swap between two others.
 
-    None if there is none.
+    Also by how much its parameter is uncertain. None if there is no such orbit.
     """
     curve, by = a.curve, a.curve.orbits.by
     assert isinstance(by, SwitchedShooting)
     found = _swapped(by, a, b)
     if found is None:
-        return None
+        return None, np.inf
     fraction, *pair = found
+    matrices = list[Array]()
 
     def step(z: Array) -> Array:
         orbits, part = curve.orbits, curve.linearize(z)
@@ -87,7 +93,13 @@ def meeting_between(a: OrbitPoint, b: OrbitPoint) -> Array | None:
         if not part.is_finite:
             return np.full(len(z), np.nan)
         gap = (late - early + by.period / 2) % by.period - by.period / 2
-        matrix = np.vstack([part.jacobian, other - its])
-        return np.asarray(np.linalg.lstsq(matrix, -np.append(part.defect, gap), rcond=None)[0])
+        matrices.append(np.vstack([part.jacobian, other - its]))
+        return np.asarray(
+            np.linalg.lstsq(matrices[-1], -np.append(part.defect, gap), rcond=None)[0]
+        )
 
-    return find_root(step, a.z + fraction * (b.z - a.z), MEETS)
+    z = find_root(step, a.z + fraction * (b.z - a.z), MEETS)
+    if z is None or not matrices:
+        return None, np.inf
+    gaps = np.append(np.zeros(len(matrices[-1]) - 1), AT_ONCE)
+    return z, parameter_rounding(LeastSquares(matrices[-1]), z, gaps)

@@ -53,7 +53,7 @@ def margins_of(by: SwitchedShooting, nodes: Array, constants: Constants) -> Marg
     ]
     stops = near_stops(by.switched, around[: len(passed) + 3], constants, None)
     found = [
-        *_touched(by, start, passed, constants),
+        *_grazed(by, start, passed, constants),
         *_durations(by, nodes, constants),
         *(((met.kind, met.event.which, met.event.towards), met.phase, left) for left, met in stops),
     ]
@@ -83,7 +83,7 @@ def _durations(by: SwitchedShooting, nodes: Array, constants: Constants) -> Iter
             yield (*group, before, mode, after), (begin + end) / 2, lasts
 
 
-def _touched(
+def _grazed(
     by: SwitchedShooting, state: Array, passed: Passed, constants: Constants
 ) -> Iterator[Margin]:
     """Yield the minima of events that do not happen. Shapes: state (n,)."""

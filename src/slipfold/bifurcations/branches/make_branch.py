@@ -108,9 +108,10 @@ def _describe_boundary(found: Found) -> SpecialPoint:
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
-        if not met:
-            meets = isinstance(found, FoundMeeting)
-            moved += PIECE.close + (0.0 if meets else left_to_change(point, found.type))
+        if isinstance(found, FoundMeeting):
+            moved += PIECE.close + found.unsure
+        elif not met:
+            moved += PIECE.close + left_to_change(point, found.type)
             moved += AT_ONCE if found.type in ("MEET", "STICK") else 0.0
         if isinstance(found, FoundGrazing):
             moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])

@@ -1,15 +1,16 @@
-"""Pieces of a branch that begin and end within a step, so that both its ends lie on one piece."""
+"""Changes of contacts, and limits, that orbits meet within a step and not at its ends."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.locate import ZERO, insert, point_at
 from slipfold.continuation.search import arclengths_between
+from slipfold.continuation.traced_curve import Monitor, MonitorResult, StepInterval
+from slipfold.orbits.limits import limit_margins, margins_at
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.near_changes import Margins, margins_of
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
@@ -24,53 +25,82 @@ NONE = 1e-9
 LARGE = 0.5
 """Margins from which one that is known at one end only does not fall to zero in a step."""
 
+BENDS = 4.0
+"""Bend of a margin within a step, over that of the last steps, that is reckoned with."""
 
-def passed_piece(
+
+def with_passed(
+    interval: StepInterval[OrbitPoint], ends: Monitor[OrbitPoint]
+) -> MonitorResult[OrbitPoint]:
+    """Return how the curve ends between its last two known points, or before that within the step.
+
+    What begins and ends within the step is looked for on the way to the end.
+    """
+    while True:
+        result = ends(interval)
+        last = interval.point if result.stop is None else result.stop.point
+        passed = _passed(interval.traced.curve, interval.history, interval.before, last)
+        if passed is None:
+            return result
+        interval.cut(passed)
+
+
+def _passed(
     curve: OrbitCurve, history: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint, depth: int = 0
 ) -> OrbitPoint | None:
-    """Return the first point of another piece that is found between two of one, None if none is.
+    """Return the first point found between two that is of another piece, or breaks a limit.
 
     Margins are interpolated from values and slopes; where one may come near zero, the point there
-    is computed and both halves are searched. Points of the piece join the history.
+    is computed and both halves are searched. Points that are neither join the history. None if
+    none is found.
     """
-    by = b.curve.orbits.by
-    if not isinstance(curve, Orbits) or not isinstance(by, SwitchedShooting):
-        return None
-    if isinstance(by, MarginalShooting):  # which meets such a change everywhere
+    if isinstance(b.curve.orbits.by, MarginalShooting):  # which meets such a change everywhere
         return None
     known = [item for item in history if item.piece == a.piece and item.arclength < b.arclength]
     s = _doubtful_arclength(known, a, b) if depth < ZERO.depth else None
     if s is None:
         return None
     middle = point_at(curve, [*known, b], s)
-    if middle.piece != a.piece:
+    if middle.piece != a.piece or (a.piece is None and not (margins_at(middle) > 0).all()):
         return middle
     insert(history, middle)
-    found = passed_piece(curve, history, a, middle, depth + 1)
-    return found or passed_piece(curve, history, middle, b, depth + 1)
+    found = _passed(curve, history, a, middle, depth + 1)
+    return found or _passed(curve, history, middle, b, depth + 1)
 
 
-def _margins(point: OrbitPoint, beside: float = 0.0) -> Margins:
-    """Return the margins of an orbit, or of one beside it along the tangent."""
-    orbits, z = point.curve.orbits, point.z + beside * point.tangent
-    return margins_of(orbits.by, orbits.nodes(z), orbits.constants(z))
+def _margins(orbits: Orbits, z: Array) -> Margins:
+    """Return the margins of an orbit: of its contacts, or of the limits of a smooth model."""
+    if isinstance(orbits.by, SwitchedShooting):
+        return margins_of(orbits.by, orbits.nodes(z), orbits.constants(z))
+    return _numbered(limit_margins(orbits, z)[0])
+
+
+def _numbered(values: Array) -> Margins:
+    return Margins(np.arange(float(len(values))), np.zeros(len(values)), values)
 
 
 def _known(point: OrbitPoint) -> Margins:
     """Return the margins of an orbit, computed once."""
     known = vars(point)
+    if point.curve.orbits.by.smooth:
+        return _numbered(margins_at(point))
     if "changes" not in known:
-        known["changes"] = _margins(point)
+        known["changes"] = _margins(point.curve.orbits, point.z)
     return Margins(*known["changes"])
 
 
 def _rates(point: OrbitPoint, like: Margins, values: Array, beside: float) -> Array:
-    """Return the derivatives of margins by arclength, taken from one side, computed once."""
-    known = vars(point)
+    """Return the derivatives of margins by arclength, taken from one side, computed once.
+
+    From the other side if there the piece ends. Shapes: values (q,); returns (q,).
+    """
+    known, orbits = vars(point), point.curve.orbits
     if "changes beside" not in known:
-        known["changes beside"] = beside, _margins(point, beside)
+        sides = [(step, point.z + step * point.tangent) for step in (beside, -beside)]
+        step, z = next((side for side in sides if orbits.piece(side[1]) == point.piece), sides[0])
+        known["changes beside"] = step, _margins(orbits, z)
     step, margins = known["changes beside"]
-    return np.asarray((margins.like(like, point.curve.orbits.period) - values) / step)
+    return np.asarray((margins.like(like, orbits.period) - values) / step)
 
 
 def _doubtful_arclength(known: Sequence[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> float | None:
@@ -87,11 +117,12 @@ def _doubtful_arclength(known: Sequence[OrbitPoint], a: OrbitPoint, b: OrbitPoin
     if earlier:
         before = _known(earlier[-1]).like(items, period)
         place = (earlier[-1].arclength - a.arclength) / length
-    # A parabola with a zero between both has changed by four times what is left
-    change = (np.abs(last - first) + np.abs((first - before) / place)) / 2
+    # A parabola with a zero between both bends by the square of the sum of their roots
+    bends = (last - first - (first - before) / -place) / (1 - place)
+    zero = first + last + 2 * np.sqrt(np.maximum(first * last, 0.0))
     most = np.fmax(first, last)
-    far = np.where(np.isnan(last - first), most > LARGE, np.fmin(first, last) > change)
-    near = ~far & (most > NONE)
+    far = np.where(np.isnan(last - first), most > LARGE, zero > BENDS * np.abs(bends))
+    near = ~far & (most > (NONE if isinstance(a.curve.orbits.by, SwitchedShooting) else 0.0))
     if not near.any():
         return None
     items = Margins(*(item[near] for item in items))
@@ -103,58 +134,54 @@ def _doubtful_arclength(known: Sequence[OrbitPoint], a: OrbitPoint, b: OrbitPoin
     # Where slopes do not lead from one to the other, these are of two changes, each known alone
     two = np.abs(last - first - (rising + falling) / 2) > 2 * (np.abs(rising) + np.abs(falling))
     none, alone = np.full(np.count_nonzero(two), np.nan), np.where(two, np.nan, last)
-    zero = _Between(
+    lowest = _lowest(
         np.append(first, none),
         np.append(rising, none),
         np.append(alone, last[two]),
         np.append(np.where(two, np.nan, falling), falling[two]),
         np.append(before, none),
         place,
-    ).zero()
-    return None if zero is None else a.arclength + zero * length
+    )
+    return None if lowest is None else a.arclength + lowest * length
 
 
-class _Between(NamedTuple):
-    """Margins at two points, with the arclength between them as unit; shapes (q,)."""
+def _lowest(
+    first: Array, rising: Array, last: Array, falling: Array, before: Array, s: float
+) -> float | None:
+    """Return where a margin is lowest that may be below zero between two points, None if none may.
 
-    first: Array  # NaN where only the other is known
-    rising: Array  # slopes at the first
-    last: Array
-    falling: Array  # slopes at the last
-    before: Array  # at an earlier point, NaN where they are not known
-    place: float  # of that point
-
-    def zero(self) -> float | None:
-        """Return the middle of where one may be below zero, None if none may.
-
-        What the cubic through values and slopes says comes first, then its errors.
-        """
-        alone, chord = np.isnan(self.last - self.first), self.last - self.first
-        # A margin that is known at one end only is taken to be straight
-        rising, falling = (
-            np.where(np.isnan(one), np.where(alone, other, chord), one)
-            for one, other in ((self.rising, self.falling), (self.falling, self.rising))
-        )
-        first = np.where(np.isnan(self.first), self.last - falling, self.first)
-        last = np.where(np.isnan(self.last), first + rising, self.last)
-        square, cubic = 3 * (last - first) - 2 * rising - falling, rising + falling
-        cubic -= 2 * (last - first)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            lowest = -rising / (square + np.sqrt(square**2 - 3 * cubic * rising))
-        x = np.tile(arclengths_between(0.0, 1.0)[:, None], len(first))
-        x = np.vstack([x, np.where((lowest > 0) & (lowest < 1), lowest, 0.5)])
-        inside = first + x * (rising + x * (square + x * cubic))
-        # The change that one slope less would make, or the earlier point as well
-        s = self.place
-        beyond = self.before - (first + s * (rising + s * (square + s * cubic)))
-        errors = np.fmin(
-            np.abs(cubic) * x * (1 - x) * np.maximum(x, 1 - x),
-            np.abs(beyond) * (x * (1 - x) / (s * (1 - s))) ** 2,
-        )
-        dip = np.where(alone, 0.0, ZERO.dip * np.fmin(self.first, self.last))
-        for values in (inside, inside - np.maximum(errors, dip)):
-            which = np.where(np.isnan(values), np.inf, values).min(axis=0).argmin()
-            below = values[:, which] < 0
-            if below.any():
-                return float(x[below, which].mean())
-        return None
+    The arclength between both is the unit. Margins and their slopes are given at either, and
+    margins at an earlier point s; NaN where they are not known. One that is known at one end only
+    is taken to be straight: the middle of where it is below zero is returned. What cubics through
+    values and slopes say comes first, then their errors. Shapes: (q,).
+    """
+    alone, chord = np.isnan(last - first), last - first
+    rising, falling = (
+        np.where(np.isnan(one), np.where(alone, other, chord), one)
+        for one, other in ((rising, falling), (falling, rising))
+    )
+    dip = np.where(alone, 0.0, ZERO.dip * np.fmin(first, last))
+    first, last = (
+        np.where(np.isnan(first), last - falling, first),
+        np.where(np.isnan(last), first + rising, last),
+    )
+    square, cubic = 3 * (last - first) - 2 * rising - falling, rising + falling
+    cubic -= 2 * (last - first)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        lowest = -rising / (square + np.sqrt(square**2 - 3 * cubic * rising))
+    x = np.tile(arclengths_between(0.0, 1.0)[:, None], len(first))
+    x = np.vstack([x, np.where((lowest > 0) & (lowest < 1), lowest, 0.5)])
+    inside = first + x * (rising + x * (square + x * cubic))
+    # The change that one slope less would make, or the earlier point as well
+    beyond = before - (first + s * (rising + s * (square + s * cubic)))
+    errors = np.fmin(
+        np.abs(cubic) * x * (1 - x) * np.maximum(x, 1 - x),
+        np.abs(beyond) * (x * (1 - x) / (s * (1 - s))) ** 2,
+    )
+    for values in (inside, inside - np.maximum(errors, dip)):
+        which = np.where(np.isnan(values), np.inf, values).min(axis=0).argmin()
+        below = values[:, which] < 0
+        if below.any():
+            lowest = x[values[:, which].argmin(), which]
+            return float(x[below, which].mean() if alone[which] else lowest)
+    return None

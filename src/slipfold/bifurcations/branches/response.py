@@ -31,7 +31,7 @@ from slipfold.bifurcations.branches.progress import branch_progress, searching
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over
 from slipfold.bifurcations.branches.stops import (
-    Limits,
+    stop_at_limit,
     stop_in_family,
     stop_undetermined,
     stop_unresolved,
@@ -177,7 +177,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             monitors.append(partial(meets_image, stop=stop))
         if several or not departs:  # a simple branch point at which it starts is found again
             monitors.append(Returns(orbits, CLOSED, singular=several))
-        monitors.append(Limits(orbits))
+        monitors.append(stop_at_limit)
         monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
         if orbits.model.forced:
             monitors.append(stop_undetermined)

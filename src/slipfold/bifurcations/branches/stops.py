@@ -8,10 +8,10 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, slope_noise
+from slipfold.bifurcations.branches.passed_pieces import with_passed
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
-from slipfold.continuation.search import Zeros
-from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.orbits.limits import margins_at
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
@@ -54,55 +54,28 @@ Neared = tuple[str, str] | None
 """Which of them, and words for it; None where cycles near none."""
 
 
-class Limits(Zeros[OrbitPoint]):
-    """Ends a curve where the model ceases to be valid: at the first limit that is broken."""
+def stop_at_limit(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a curve where the model ceases to be valid: at the first limit that is broken."""
+    orbits = interval.point.curve.orbits
+    if not (orbits.by.smooth and orbits.model.limits):  # a trajectory that meets one ends there
+        return MonitorResult()
+    return with_passed(interval, _broken)
 
-    def __call__(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Look at a step, unless its margins change by less than would bring one to zero."""
-        points = [*interval.traced.recent(2), interval.point]
-        if not interval.point.curve.orbits.by.smooth:  # a trajectory that meets a limit ends there
-            return MonitorResult()
-        margins = np.array([margins_at(point) for point in points])
-        where = np.array([point.arclength for point in points])
-        rates = np.abs(np.diff(margins, axis=0)) / np.diff(where)[:, None]
-        least = margins[-2:].min(axis=0)
-        # A parabola with a zero between both has changed by four times what is left
-        if (least > rates.sum(axis=0) * (where[-1] - where[-2]) / 2).all():
-            return MonitorResult()
-        return super().__call__(interval)
 
-    def values(self, point: OrbitPoint) -> Array:
-        """Return by how much the orbit of a point stays above each limit."""
-        return margins_at(point)
+def _broken(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    """End a curve at the first limit that it breaks between the last two known points."""
+    curve, (before, after) = interval.traced.curve, interval.history[-2:]
+    cuts = list[Stop[OrbitPoint]]()
+    for index in (~(margins_at(after) > 0)).nonzero()[0].tolist():
+        limit = curve.orbits.model.limits[index]
 
-    def extrapolated(self, points: Sequence[OrbitPoint], weights: Array) -> None:
-        """Return None: margins are known at the points alone."""
+        def margin(item: OrbitPoint, index: int = index) -> float:
+            return float(margins_at(item)[index])
 
-    def located(
-        self, history: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
-    ) -> list[Found[OrbitPoint]]:
-        """Return where limits are broken between two points, by their numbers."""
-        result = list[Found[OrbitPoint]]()
-        for index in ((margins_at(a) > 0) & ~(margins_at(b) > 0)).nonzero()[0].tolist():
-
-            def margin(item: OrbitPoint, index: int = index) -> float:
-                return float(margins_at(item)[index])
-
-            at = locate(self.curve, history, a, b, margin, STOP.limit_close)
-            result.append(Found(str(index), at, np.nan))
-        return result
-
-    def seen(
-        self, found: Sequence[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]
-    ) -> MonitorResult[OrbitPoint]:
-        """End the curve at the first of them."""
-        if not found:
-            return MonitorResult()
-        first = min(found, key=lambda item: item.point.arclength)
-        at, index = first.point, int(first.type)
-        limit = at.curve.orbits.model.limits[index]
-        reason = limit.reason.format(value=margins_at(at)[index] + limit.bound)
-        return MonitorResult(stop=Stop(at, End("limit", reason, self.curve.place(at.z))))
+        at = locate(curve, interval.history, before, after, margin, STOP.limit_close)
+        reason = limit.reason.format(value=margin(at) + limit.bound)
+        cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
+    return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
 
 
 def stop_unresolved(

@@ -10,7 +10,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.passed_pieces import passed_piece
+from slipfold.bifurcations.branches.passed_pieces import with_passed
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import arc_between
 from slipfold.continuation.locate import LostCurveError
@@ -32,7 +32,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.modes import GRAZED, Ending, Mode, Status
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
-from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
+from slipfold.orbits.continued import Met, locate_marginal_stops, solve_marginal
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.meeting import meeting_between
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
@@ -132,13 +132,8 @@ def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint
     It ends with the last orbit that has the modes of the piece, and the first with others. Pieces
     that begin and end within the step are looked for on the way there.
     """
-    while True:
-        result = _end_of_piece(interval)
-        last = interval.point if result.stop is None else result.stop.point
-        passed = passed_piece(interval.traced.curve, interval.history, interval.before, last)
-        if passed is None:
-            return result
-        interval.cut(passed)
+    smooth = interval.point.curve.orbits.by.smooth
+    return MonitorResult() if smooth else with_passed(interval, _end_of_piece)
 
 
 def _end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
@@ -183,14 +178,15 @@ def _meeting(
     for _ in range(BORDER.swaps):
         if _kind(before.piece, after.piece) != "MEET":
             return None
-        row, z = after.z - before.z, None
+        row, z, unsure = after.z - before.z, None, 0.0
         row /= np.linalg.norm(row)
         with suppress(*BREAKDOWNS):
-            z = meeting_between(before, after)
+            z, unsure = meeting_between(before, after)
         if z is None or not row @ before.z < row @ z < row @ after.z:
             guesses = [0.5 * (before.z + after.z)]
         else:
-            guesses = [z - BORDER.beside * row, z + BORDER.beside * row]
+            beside = max(BORDER.beside, unsure) * row  # nearer both are one change
+            guesses = [z - beside, z + beside]
         sides = list[OrbitPoint]()
         for guess in guesses:
             arclength = before.arclength + float(row @ (guess - before.z))
@@ -202,7 +198,8 @@ def _meeting(
             if side is after:  # others swap before
                 break
         if z is not None and sides == [before, after]:
-            found = FoundMeeting("MEET", replace(before, z=z), float("inf"), before=before)
+            met = replace(before, z=z)
+            found = FoundMeeting("MEET", met, float("inf"), unsure=unsure, before=before)
             known = [] if _is_known(found, traced) else [found]
             return MonitorResult(known, Stop(before, _end("MEET", curve, before), beyond=after))
     return None
@@ -416,21 +413,21 @@ def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | Non
         again, met = _only_just(point, change)
         if again is None or met is None:
             continue
-        left = float(again.tangent @ (met.z - again.z))
+        left = float(again.tangent @ (met.point.z - again.z))
         if BORDER.passed <= left <= farthest and (nearest is None or left < nearest[0]):
-            nearest = left, Found(kind, replace(met, arclength=point.arclength + left), np.inf)
+            nearest = (
+                left,
+                Found(kind, replace(met.point, arclength=point.arclength + left), np.inf),
+            )
     return None if nearest is None else nearest[1]
 
 
-def _only_just(
-    point: OrbitPoint, change: MarginalShooting
-) -> tuple[OrbitPoint | None, OrbitPoint | None]:
+def _only_just(point: OrbitPoint, change: MarginalShooting) -> tuple[OrbitPoint | None, Met | None]:
     """Return a point in terms of a change of contacts, and the orbit that only just meets it."""
     if not isinstance(point.curve, Orbits):  # on a locus both conditions would have to hold
         return None, None
     again = point.curve.described_by(change).converted(point)
-    met = None if again is None else solve_marginal(again.curve, again, [change])
-    return again, None if met is None else met.point
+    return again, None if again is None else solve_marginal(again.curve, again, [change])
 
 
 def _change_between(before: OrbitPoint, after: OrbitPoint) -> Array | None:
@@ -448,17 +445,17 @@ def _change_beside(last: OrbitPoint, kind: str, known: Sequence[OrbitPoint]) -> 
 
 
 def left_to_change(last: OrbitPoint, kind: str) -> float:
-    """Return how far in the parameter the last orbit before a change is from it.
+    """Return how far in the parameter the last orbit before a change may be from it.
 
     Zero where no orbit meets it, infinity where a breakdown leaves that unknown.
     """
     try:
         met = _met_from(last, kind)
-        if met is None or np.linalg.norm(last.curve.moved(met)[0] - last.z) > BORDER.nearly:
+        if met is None or np.linalg.norm(last.curve.moved(met.point)[0] - last.z) > BORDER.nearly:
             return 0.0
     except BREAKDOWNS:
         return np.inf
-    return abs(float(met.z[-1] - last.z[-1]))
+    return abs(float(met.point.z[-1] - last.z[-1])) + met.rounding
 
 
 def _change_met(kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
@@ -470,19 +467,18 @@ def _change_met(kind: str, known: Sequence[OrbitPoint]) -> OrbitPoint | None:
         with suppress(*BREAKDOWNS):
             met = _met_from(point, kind)
             if met is not None:
-                return met
+                return met.point
     return None
 
 
-def _met_from(point: OrbitPoint, kind: str) -> OrbitPoint | None:
+def _met_from(point: OrbitPoint, kind: str) -> Met | None:
     """Return the orbit near one that only just meets a change of contacts, if one is found."""
     by, at = point.curve.orbits.by, _at(point)
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return None
     if kind not in GRAZED:
         curve = point.curve
-        stops = locate_marginal_stops(curve, point, None) if isinstance(curve, Orbits) else None
-        return None if stops is None else stops.point
+        return locate_marginal_stops(curve, point, None) if isinstance(curve, Orbits) else None
     change = MarginalShooting.at(by, *at, kind)
     if change is None or change.met.level:  # slip in the plane vanishes in its own way
         return None

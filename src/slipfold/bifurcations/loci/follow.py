@@ -16,7 +16,7 @@ from slipfold.bifurcations.branches.events import Happened, check_events, events
 from slipfold.bifurcations.branches.homoclinic import locus_nears
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.bifurcations.branches.stops import Limits, stop_standing, stop_unresolved
+from slipfold.bifurcations.branches.stops import stop_at_limit, stop_standing, stop_unresolved
 from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.bifurcations.loci.locus import Locus, locus_title
 from slipfold.bifurcations.loci.locus_equations import (
@@ -79,7 +79,7 @@ def _monitors(
         *monitors,
         Returns(curve, "the locus closed on itself"),
         stop_standing,
-        Limits(curve),
+        stop_at_limit,
         *events_on(curve, events),
         SpecialPoints(curve),
     ]
