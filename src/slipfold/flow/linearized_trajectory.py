@@ -303,7 +303,8 @@ class EventMargin:
         if event.ending in (Ending.SLOWS, Ending.STOPS):
             which = flow.quantities.places[event.which]
             slip = flow.slips.values(state[None], np.array([phase]), self.constants)[0, which]
-            along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
+            ahead = np.array([-1.0 if event.rising else 1.0])
+            along = slip / np.linalg.norm(slip) if len(slip) == 2 else ahead
             given = flow.slips.at(state, phase, self.constants, directions)
             parts = [along @ item[which] for item in given]
         else:
