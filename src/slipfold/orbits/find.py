@@ -328,11 +328,13 @@ class _Search:
         if not mismatch <= self.tolerance or _is_at_rest(orbits, guess):  # closes at any time
             return found
         linearization = orbits.linearize(guess)
+        if not linearization.is_finite:
+            return found
         if found.converged:
             known = self._mismatch(orbits, found.z)
         else:  # errors of steps, as they grow in a period
             known = ROUNDING * max(1.0, float(np.linalg.norm(linearization.monodromy, 2)))
-        if mismatch > known or not linearization.is_finite:
+        if mismatch > known:
             return found
         return replace(
             found, z=guess, linearization=linearization, residual=mismatch, moved=0.0, failure=""
