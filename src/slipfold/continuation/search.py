@@ -118,15 +118,9 @@ class Zeros(Generic[P]):
         length = b.arclength - a.arclength
         for place in (arclength, *(a.arclength + fraction * length for fraction in ZERO.elsewhere)):
             point = point_at(self.curve, history, place)
-            if _leads_along(point, a, b) and not self._touches(point, a, b):
+            if _leads_along(point, a, b):
                 break
         return point
-
-    def _touches(self, point: P, a: P, b: P) -> bool:
-        """Whether a function is zero to rounding at a point, and has one sign at two others."""
-        noise, first, last = self.curve.noise, self.values(a), self.values(b)
-        same = (first * last > 0) & (np.minimum(np.abs(first), np.abs(last)) > noise)
-        return bool((same & (np.abs(self.values(point)) <= noise)).any())
 
     def excludes(self, a: P, b: P) -> bool:
         """Whether there can be no zero between two points, whatever the functions do."""
