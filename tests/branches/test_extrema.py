@@ -54,6 +54,21 @@ def test_peaks_of_a_linear_oscillator(discretization, event, type_, frequency, a
     assert found == pytest.approx(amplitude * 2.0 / (2 * DAMPING), rel=1e-9)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-6])
+def test_a_value_just_below_a_peak_is_passed_twice(unit):
+    """By the closed form. Outputs have any unit, and more digits than multipliers."""
+    below, first = 1e-8, 1 - 2 * DAMPING**2
+    level = sf.Event("x", unit / DAMPING / np.sqrt(1 - DAMPING**2) * (1 - below))
+    away = 2 * DAMPING * np.sqrt((1 - DAMPING**2) * ((1 - below) ** -2 - 1))
+    model, settings = LINEAR.replace(F=2 * unit), sf.Settings(steps=sf.Steps(largest=1.0))
+    diagram = sf.response(model, "W", (0.545, 1.5), events=[level], settings=settings)
+    found = [point for _, point in diagram.special]
+    assert [point.type for point in found] == ["EVENT", "EVENT"]
+    for point, expected in zip(found, np.sqrt([first - away, first + away]), strict=True):
+        # As far as 1e-13 of the amplitude moves them.
+        assert abs(point.value - expected) < away / (4 * below) * 1e-13
+
+
 def test_peak_of_a_bent_resonance_is_that_of_a_fine_scan():
     diagram = sf.response(model_named("duffing"), "W", (0.9, 1.27), events=[sf.Event("q")])
     (peak,) = (point for _, point in diagram.special if point.type == "MAX")

@@ -35,6 +35,11 @@ class Zeros(Generic[P]):
     def __init__(self, curve: Curve[P]) -> None:
         self.curve = curve
 
+    @property
+    def noise(self) -> float:
+        """What of the functions at a point is rounding."""
+        return self.curve.noise
+
     def values(self, point: P) -> Array:
         """Return the functions at a point."""
         return point.values
@@ -88,7 +93,7 @@ class Zeros(Generic[P]):
         Curves may cross where a function only touches zero; beside that point the equations are
         singular, and no interval is divided there. Exact values say how low the function is.
         """
-        known, noise = [*history], self.curve.noise
+        known, noise = [*history], self.noise
         for index, arclength, sign in between.dips():
             for _ in range(ZERO.corrections):
                 try:
@@ -213,11 +218,11 @@ def _between(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> Interpolate
     numbers = _index(near, a), _index(near, b)
     weights = interpolation_weights(arclengths, grid, (a.arclength, b.arclength), numbers)
     values = weights @ np.array([monitor.values(point) for point in near])
-    found = Interpolated.from_values(grid, values, ends, monitor.curve.noise)
+    found = Interpolated.from_values(grid, values, ends, monitor.noise)
     extrapolated = monitor.extrapolated(near, weights) if found.ambiguous.any() else None
     if extrapolated is None:
         return found
-    return Interpolated.from_values(grid, values, ends, monitor.curve.noise, extrapolated)
+    return Interpolated.from_values(grid, values, ends, monitor.noise, extrapolated)
 
 
 def _index(points: Sequence[P], point: P) -> int:

@@ -62,6 +62,8 @@ def rate_along(point: OrbitPoint, event: Event) -> float:
 class _Watch(Zeros[OrbitPoint]):
     """What events of one kind have in common: each has a function that is zero there."""
 
+    noise = 0.0  # outputs have any unit, and more digits than multipliers
+
     def __init__(self, curve: OrbitCurve, events: Sequence[Event]) -> None:
         super().__init__(curve)
         self._events = events
