@@ -96,7 +96,7 @@ class OrbitPoint(Point):
         standing, values = self.curve.orbits.standing, self.multipliers
         return values[others_of(kind, values, standing)]
 
-    @property
+    @cached_property
     def unstable(self) -> int:
         """Number of multipliers outside the unit circle."""
         return int(np.count_nonzero(outside(self.moving)))

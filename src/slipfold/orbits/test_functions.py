@@ -277,10 +277,14 @@ ALIKE = 1e-6
 def angles_on_circle(multipliers: Complex) -> Array:
     """Return the angles of the complex pairs on the unit circle, one a pair.
 
+    Two that meet are known to the root of rounding, others to rounding.
+
     Shapes: multipliers (n,).
     """
-    on = (np.abs(np.abs(multipliers) - 1) < ALIKE) & (multipliers.imag > ALIKE)
-    return np.angle(multipliers[on])
+    upper = multipliers[multipliers.imag > ALIKE]
+    off, gaps = np.abs(np.abs(upper) - 1), np.abs(np.subtract.outer(upper, upper))
+    meets = np.count_nonzero(gaps < ALIKE, axis=1) > 1
+    return np.angle(upper[(off <= NEUTRAL) | (meets & (off < ALIKE))])
 
 
 def critical_places(kind: str, multipliers: Complex, standing: Standing | None = None) -> Indices:

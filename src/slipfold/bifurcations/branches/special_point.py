@@ -96,16 +96,15 @@ class SpecialPoint(LocatedPoint):
             return None
         if self.several:
             angles = np.sort(angles_on_circle(self.multipliers))
-            distinct = np.count_nonzero(np.diff(angles, prepend=-1.0) > ALIKE)
             left = ""
             if self.images:
                 left = f"; not followed: {self.images} branches that are images of others"
             elif self.type == "BP" and self.leads_to is None:
                 left = "; no other branch was found, as where a continuous symmetry turns one"
-            elif distinct < len(angles):
+            elif self.type == "HB" and np.diff(angles).min(initial=1.0) < ALIKE:
                 left = (
-                    f"; {len(angles)} pairs have {distinct} frequencies: of each, cycles are "
-                    "followed that were found from directions all around, and no images"
+                    "; of pairs that have one frequency, cycles are followed that were found from "
+                    "directions all around, and no images"
                 )
             if self.rare:
                 left += f"; others may be missing: few directions led to {self.rare} of those found"
@@ -126,14 +125,16 @@ class SpecialPoint(LocatedPoint):
     @property
     def several(self) -> bool:
         """Whether several multipliers are critical at once, as by a symmetry."""
-        critical = self.critical_multiplier
-        if critical is None or self.type not in ("BP", "PD", *PAIRED):
-            return False
         if self.type in PAIRED:
-            return np.isnan(self.angle) and len(angles_on_circle(self.multipliers)) > 1
+            return bool(np.isnan(self.angle)) and len(angles_on_circle(self.multipliers)) > 1
+        if self.type not in ("BP", "PD"):
+            return False
         # A cycle has a multiplier one anyway, that of its own direction.
         cycle = self.type == "BP" and not self.model.forced and len(self.nodes) > 1
-        return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1 + cycle
+        off = self.multipliers - BIFURCATION_TYPES[self.type].critical
+        nearest = off[np.argsort(np.abs(off))[: 2 + cycle]]
+        # Two that meet are known to the root of rounding, but their sum is to rounding.
+        return len(nearest) == 2 + cycle and bool(abs(nearest.sum()) < ALIKE)
 
     @property
     def measured(self) -> tuple[str, str] | None:

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.change import Change
 from slipfold.bifurcations.branches.closed_branches import Returns, has_image, step_beside_parent
@@ -38,6 +36,7 @@ from slipfold.bifurcations.loci.start import (
     parents_of,
     regular_start,
     starts_at,
+    undamped,
 )
 from slipfold.bifurcations.loci.window import (
     LocusLine,
@@ -54,15 +53,12 @@ from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, FOLLOWED_TYPES, LOCUS_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, FOLLOWED_TYPES, LOCUS_TYPES
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
-
-UNDAMPED = 1e-6
-"""Distance from the unit circle within which multipliers beside the critical ones are on it."""
 
 UNFORCED = 1e-6
 """Amplitude of the forcing, over the width of the window, below which orbits are free cycles."""
@@ -123,12 +119,8 @@ class _LocusEndings(Endings[OrbitPoint]):
             loop, clause = neared
             reason = f"{clause}, beside which multipliers change too fast to be followed ({reason})"
             return End(loop, reason, pair_of(curve, last))
-        on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
-        if on_circle > (2 if curve.condition in PAIRED else 1):
-            reason = (
-                f"{on_circle} multipliers lie on the unit circle there, as where nothing damps, "
-                f"and which of them crosses it is not defined ({reason})"
-            )
+        if clause := undamped(curve, last.multipliers):
+            reason = f"{clause} ({reason})"
         return End(kind, reason, pair_of(curve, last))
 
     def contradiction(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitPoint, str] | None:

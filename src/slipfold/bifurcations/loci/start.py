@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.closed_branches import asymmetry, meets_image
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
@@ -49,6 +49,7 @@ from slipfold.orbits.normal_forms.maps import FieldMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
+from slipfold.orbits.test_functions import ALIKE, floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
 
@@ -86,7 +87,8 @@ def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> Orbit
         raise _no_locus(curve, z, "its orbit cannot be integrated")
     jacobian = linearized.jacobian
     if _is_singular(curve, jacobian, z):
-        raise _no_locus(curve, z, "neither of them moves it")
+        several = undamped(curve, floquet_multipliers(linearized.monodromy))
+        raise _no_locus(curve, z, several or "neither of them moves it")
     right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
     correction = correct(curve, z, right[-1], newton.tolerance, newton.iterations)
@@ -94,6 +96,17 @@ def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> Orbit
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(curve, z, reason)
     return curve.point(correction, 0.0)
+
+
+def undamped(curve: LocusEquations, multipliers: Complex) -> str:
+    """Say how many multipliers are critical, if they are more than a locus is of."""
+    on_circle = int(np.count_nonzero(np.abs(np.abs(multipliers) - 1) < ALIKE))
+    if on_circle <= (2 if curve.condition in PAIRED else 1) + curve.orbits.free_phase:
+        return ""
+    return (
+        f"{on_circle} multipliers lie on the unit circle there, as where nothing damps, and which "
+        "of them crosses it is not defined"
+    )
 
 
 def _rising_first(point: OrbitPoint, turned: OrbitPoint) -> tuple[OrbitPoint, OrbitPoint]:
