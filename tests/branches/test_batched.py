@@ -133,6 +133,15 @@ def test_a_result_does_not_depend_on_its_batch():
     assert reported(batched(models[1:6], span=(0.0, 0.2))) == reported(together[1:6])
 
 
+def test_a_branch_that_is_followed_to_its_loss_of_stability_ends_there():
+    models, settings = scattered(8, seed=3), sf.Settings(largest_period=1)
+    for case in follow_batch(models, "Nd", SPAN, settings, to_loss=True):
+        (branch,) = case.branches
+        assert (case.failure, branch.end) == ("", "loss")
+        before, after = (branch.orbits.value(z) for z, _, _ in branch.steps[-2:])
+        assert before < branch.orbits.value(branch.loss.point.z) < after
+
+
 def test_folds_but_none_beyond_a_limit():
     model = sf.SlidingOscillator(f=12.36, mu=0.595, alpha=1.4475, Vd=0.7108)
     (found,) = branches_of([model])

@@ -253,7 +253,7 @@ class ThresholdWork(LossWork):
     what: Literal["threshold"]
 
     def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
-        """Follow ordinary responses as a batch; of each its first loss of stability counts."""
+        """Follow ordinary responses as a batch, each until it loses its stability."""
         settings = Settings(largest_period=1)
         cases = follow_batch(models, self.vary, self.ends, settings, to_loss=True)
         losses = [self.batched_loss(case) for case in cases]

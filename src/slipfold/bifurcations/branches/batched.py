@@ -100,8 +100,8 @@ def follow_batch(
 ) -> list[BatchedCase]:
     """Follow the responses of models of one kind, with all orbits or with special points alone.
 
-    If `to_loss`, orbits are not refined, and special points not described: where a branch first
-    loses its stability is all that is wanted.
+    If `to_loss`, a branch ends where it first loses its stability; its orbits are not refined, nor
+    are special points described.
     The results of a case do not depend on the other cases. The shorter periods come first.
     """
     report("equations", 0.0)
@@ -120,7 +120,7 @@ def follow_batch(
     orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
     branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
     while branches:
-        walk = Walk(orbits, branches, span, settings.steps)
+        walk = Walk(orbits, branches, span, settings.steps, to_loss)
         walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
         report(stage, 0.0)

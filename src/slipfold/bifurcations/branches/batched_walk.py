@@ -97,7 +97,7 @@ class BatchedBranch:
     origin: Found[OrbitPoint] | None = None  # the period doubling at which it begins
     first: OrbitPoint | None = None  # its first orbit, if it begins on another branch
     stable: bool = False  # whether the first orbit is; not known of one that begins on another
-    end: str = ""  # "span", "limit", or why it was left
+    end: str = ""  # "span", "limit", "loss" of stability, or why it was left
     brackets: list[Bracket] = field(default_factory=list)  # of its bifurcations, in order
     found: list[Found[OrbitPoint]] = field(default_factory=list)  # its bifurcations, in order
     loss: Found[OrbitPoint] | None = None  # the one at which it loses its stability
@@ -108,7 +108,7 @@ class BatchedBranch:
     @property
     def ordinary(self) -> bool:
         """Whether it ended in a way that a batch can describe."""
-        return self.end in ("span", "limit")
+        return self.end in ("span", "limit", "loss")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,8 @@ class Bracket:
 class Walk(FrontEquations):
     """Follows branches to their ends, and brackets what is to be located on them.
 
-    The last point of a branch that ends at a limit is the first orbit that breaks it.
+    The last point of a branch that ends at a limit is the first orbit that breaks it. If `to_loss`,
+    a branch ends at the first point after it has lost its stability.
     """
 
     crossing = FOLD, LP
@@ -149,9 +150,10 @@ class Walk(FrontEquations):
         branches: Sequence[BatchedBranch],
         span: tuple[float, float],
         steps: Steps,
+        to_loss: bool = False,
     ) -> None:
         k = len(branches)
-        self._orbits, self._branches = orbits, branches
+        self._orbits, self._branches, self._to_loss = orbits, branches, to_loss
         self._cases = np.array([branch.case for branch in branches])
         self._low, self._high = (value / orbits.width for value in (min(span), max(span)))
         model = orbits.model
@@ -327,7 +329,8 @@ class Walk(FrontEquations):
         self._stop(active[regular & crosses], "crossing")
         front.accept(trial, rows)
         self._store_points(active)
-        self._signs[active], self._unstable[active] = result.signs[rows], _unstable(result)[rows]
+        unstable, was_stable = _unstable(result)[rows], self._unstable[active] == 0
+        self._signs[active], self._unstable[active] = result.signs[rows], unstable
         multipliers = result.multipliers[rows]
         near_one = np.abs(multipliers - 1).min(axis=1) < STOP.one
         undetermined = near_one & (result.stiffness[rows] > BATCH.amplified)
@@ -345,6 +348,8 @@ class Walk(FrontEquations):
         ahead = ((first - before) * front.tangents[active, -2]).sum(axis=1) > 0
         near = lengths_of(first - before) <= CLOSING.around * trial.length[rows]
         self._stop(active[away & ahead & near], "returns")
+        if self._to_loss:
+            self._stop(active[was_stable & (unstable > 0)], "loss")
         self._stop_at_bounds(active, result.seen.lowest[rows], result.seen.above[rows])
 
     def _stop_at_bounds(self, active: Indices, lowest: Array, above: Array) -> None:
