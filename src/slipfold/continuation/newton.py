@@ -6,14 +6,11 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, isnan, log, sqrt
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from slipfold.arrays import Array
-
-if TYPE_CHECKING:
-    from slipfold.continuation.curve import Curve
 
 
 class NEWTON:
@@ -66,6 +63,27 @@ class Linearized(Protocol):
         """Return the Jacobian with one more row."""
 
 
+class NewtonEquations(Protocol):
+    """Smooth equations, one less than there are unknowns."""
+
+    @property
+    def chords(self) -> bool:
+        """Whether they cost much less without their derivatives."""
+
+    @property
+    def undefined(self) -> str:
+        """Why they may have no finite values, as a clause."""
+
+    def defect(self, z: Array) -> Array:
+        """Return the function that Newton's method brings to zero."""
+
+    def linearize(self, z: Array) -> Linearized:
+        """Return the same with its derivatives."""
+
+    def residual(self, defect: Array) -> float:
+        """Return the residual of an unknown, in the norm that tolerances refer to."""
+
+
 @dataclass(frozen=True, eq=False)
 class Correction:
     """The result of Newton's method."""
@@ -87,7 +105,7 @@ class Correction:
 
 
 def correct(
-    equations: Curve[Any],
+    equations: NewtonEquations,
     guess: Array,
     row: Array,
     tolerance: float = 1e-10,
@@ -154,7 +172,7 @@ def correct(
     return Correction(z, linearization, bordered, mismatch, away, moved, taken, row, failure)
 
 
-def _linearized(equations: Curve[Any], z: Array) -> Linearized | None:
+def _linearized(equations: NewtonEquations, z: Array) -> Linearized | None:
     """Return the derivatives at an unknown, None where they are not finite."""
     try:
         with np.errstate(all="ignore"):  # rates may overflow where a step went too far
@@ -165,7 +183,7 @@ def _linearized(equations: Curve[Any], z: Array) -> Linearized | None:
 
 
 def _chord_steps(
-    equations: Curve[Any], bordered: SquareMatrix, z: Array, constraint: float, moved: float
+    equations: NewtonEquations, bordered: SquareMatrix, z: Array, constraint: float, moved: float
 ) -> tuple[Array, float, float]:
     """Take steps with the old derivatives, which cost a third of new ones, while these converge.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic
+from typing import Any, Generic, Protocol
 
 import numpy as np
 
@@ -38,6 +38,22 @@ Bound = tuple[int, float, float]
 """A component of the unknown, with the smallest and the largest value it may take."""
 
 
+class Corrections(Protocol):
+    """Solutions nearest guesses, a row each; NaN where Newton's method failed."""
+
+    z: Array  # unknowns, shape (k, u)
+    tangents: Array  # unit tangents, shape (k, u)
+    moved: Array  # length of the last correction, infinite where there was none, shape (k,)
+
+    @property
+    def found(self) -> Mask:
+        """Whether each has a solution, shape (k,)."""
+
+    @property
+    def tests(self) -> Array:
+        """Test functions, shape (k, f)."""
+
+
 class FrontEquations(ABC):
     """The equations of the curves of a front."""
 
@@ -48,8 +64,7 @@ class FrontEquations(ABC):
     def correct(self, rows: Indices, guesses: Array, normals: Array, arclengths: Array) -> Any:
         """Return the solutions nearest guesses, each in the hyperplane through its own.
 
-        They have what `_Solution` has, with a row each; NaN where Newton's method failed. Shapes:
-        rows, arclengths (k,); guesses, normals (k, u).
+        Shapes: rows, arclengths (k,); guesses, normals (k, u).
         """
 
     def aligned(self, rows: Indices, guesses: Array) -> Array:
@@ -250,7 +265,7 @@ class Front:
     def _measured(
         self,
         rows: Indices,
-        result: Any,
+        result: Corrections,
         distance: Array,
         length: Array,
         turn: Array,
@@ -369,11 +384,11 @@ def reaches(point: P, bounds: Sequence[Bound]) -> bool:
 class _Solution(Generic[P]):
     """The only row of a correction; of one without a point nothing is a number."""
 
-    z: Array  # unknown, shape (1, u)
-    tangents: Array  # unit tangent, shape (1, u)
-    tests: Array  # test functions, shape (1, f)
-    found: Mask  # whether there is a solution, shape (1,)
-    moved: Array  # length of the last correction, infinite where there was none, shape (1,)
+    z: Array
+    tangents: Array
+    tests: Array
+    found: Mask
+    moved: Array
     point: P | None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Protocol
 
 import numpy as np
 
@@ -28,12 +28,36 @@ from slipfold.orbits.test_functions import match_multipliers
 from slipfold.read_only import Documented, ReadOnly
 from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
 
-if TYPE_CHECKING:
-    from slipfold.orbits.periodic_orbit import PeriodicOrbit
-
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
 then the equations are made regular as at a fold."""
+
+
+class GivenOrbit(Protocol):
+    """A periodic orbit that is computed again."""
+
+    @property
+    def model(self) -> Model:
+        """The model at the orbit's parameter values."""
+
+    @property
+    def period(self) -> int:
+        """Period in forcing periods, or revolutions of a cycle."""
+
+    @property
+    def nodes(self) -> Array:
+        """States at equidistant phases, shape (m, n)."""
+
+    @property
+    def multipliers(self) -> Complex:
+        """Floquet multipliers, shape (n,)."""
+
+    @property
+    def duration(self) -> float:
+        """Duration of the whole orbit in seconds."""
+
+    def sample(self, count: int) -> tuple[Array, Array]:
+        """Return times and states at equidistant phases."""
 
 
 AT_REST = Rule(close=1e-9, iterations=20)
@@ -195,7 +219,7 @@ def collocate(
     )
 
 
-def mesh_errors(orbit: PeriodicOrbit) -> tuple[float, Array]:
+def mesh_errors(orbit: GivenOrbit) -> tuple[float, Array]:
     """Return the errors of states (scaled) and multipliers on a mesh such as branches have.
 
     That with which branches begin, if it serves: a finer one has smaller errors than theirs. It

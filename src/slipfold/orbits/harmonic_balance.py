@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.models.model import Model, evaluation_of
-from slipfold.orbits.check import is_singular
+from slipfold.orbits.check import GivenOrbit, is_singular
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable
-
-if TYPE_CHECKING:
-    from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 
 class BALANCE:
@@ -136,7 +133,7 @@ class HarmonicBalance(OneLine, ReadOnly):
         )
 
 
-def balance(orbit: PeriodicOrbit, tolerance: float, largest: int) -> HarmonicBalance:
+def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalance:
     """Find the periodic orbit near another by harmonic balance, and its multipliers.
 
     Newton's method starts from the orbit's Fourier coefficients. Harmonics are added until half as
