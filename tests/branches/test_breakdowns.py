@@ -207,7 +207,7 @@ def test_perturbations_that_outgrow_all_numbers_are_named_without_a_warning(span
     forcing = {"period": "2*pi/W", "amplitude": "F"}
     model = sf.System(parameters={"W": 1.5, "F": 0.5}, states=relaxation, forcing=forcing)
     # Newton's method may diverge before, by the rounding of matrices of 1e300.
-    with pytest.raises(sf.InputError, match=r"outgrow all numbers|F = 0 was found: Newton's method"):
+    with pytest.raises(sf.InputError, match=r"outgrow all numbers|was found: Newton's method"):
         sf.response(model, "W", span)
 
 
