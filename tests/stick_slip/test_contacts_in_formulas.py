@@ -188,7 +188,7 @@ def pushed():
 
 
 @pytest.mark.parametrize("speed", [0.3, -0.3])
-def test_a_slip_that_touches_zero_is_caught_for_good(speed):
+def test_a_slip_that_grazes_zero_is_caught_for_good(speed):
     (branch,) = sf.response(pushed(), "P", (0, 0.1), Vd=speed).branches
     # Friction that does not vary leaves a linear oscillator, which meets the belt's speed.
     (point,) = branch.special

@@ -90,7 +90,7 @@ class Zeros(Generic[P]):
     def _between_zeros(self, history: Sequence[P], a: P, b: P, between: Interpolated) -> P | None:
         """Return a point between two zeros of a function near each other, None if none is found.
 
-        Curves may cross where a function only touches zero; beside that point the equations are
+        Curves may cross where a function has a double zero; beside that point the equations are
         singular, and no interval is divided there. Exact values say how low the function is.
         """
         known, noise = [*history], self.noise
