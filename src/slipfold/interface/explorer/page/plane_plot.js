@@ -386,6 +386,8 @@ export class PlanePlot {
   #isOfAsked = false;
   #lines = new Map();
   #map = null;
+  /** The pixel under the pointer, which may rest while what it points at is drawn. */
+  #pointer = null;
   #schedule = redrawn(this.node, () => this.#draw());
 
   constructor(session, regimes, simulation) {
@@ -414,8 +416,12 @@ export class PlanePlot {
       this.#place();
     });
     this.node.addEventListener("pointerdown", (event) => this.#grab(event));
-    this.node.addEventListener("pointermove", (event) => this.#describe(event));
-    this.node.addEventListener("pointerleave", () => this.pointed.show(null));
+    const point = (pixel) => {
+      this.#pointer = pixel;
+      this.#describe();
+    };
+    this.node.addEventListener("pointermove", (event) => point(pixelOf(event, this.node)));
+    this.node.addEventListener("pointerleave", () => point(null));
     this.#schedule();
   }
 
@@ -508,14 +514,14 @@ export class PlanePlot {
     this.#point.style.transform = `translate(${px}px, ${py}px)`;
     this.simulate.disabled = this.#point.hidden;
     this.pointed.isRingSeen = !this.#point.hidden;
-    this.pointed.show(null);
+    this.#describe();
     const text = `${x.label ?? x.name} = ${withUnit(x, values[0])}, ${y.label ?? y.name} = ${withUnit(y, values[1])}`;
     this.#point.setAttribute("aria-label", `Working point: ${text}. Arrow keys move it`);
   }
 
-  #describe(event) {
-    const pixel = pixelOf(event, this.node);
-    if (!this.#session.view.plane || !this.#map?.isInside(...pixel)) {
+  #describe() {
+    const pixel = this.#pointer;
+    if (!pixel || !this.#session.view.plane || !this.#map?.isInside(...pixel)) {
       this.pointed.show(null);
       return;
     }
