@@ -67,6 +67,7 @@ def test_a_value_just_below_a_peak_is_passed_twice(unit):
     for point, expected in zip(found, np.sqrt([first - away, first + away]), strict=True):
         # As far as 1e-13 of the amplitude moves them.
         assert abs(point.value - expected) < away / (4 * below) * 1e-13
+        assert abs(point.value - expected) < point.uncertainty < 1e-9
 
 
 def test_peak_of_a_bent_resonance_is_that_of_a_fine_scan():

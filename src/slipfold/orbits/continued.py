@@ -42,12 +42,16 @@ SPREADS = 6
 ROUNDING = float(np.finfo(float).eps)
 
 
-def parameter_rounding(bordered: SquareMatrix, z: Array, residual: float | Array = 0.0) -> float:
+def parameter_rounding(
+    bordered: SquareMatrix, z: Array, residual: float | Array = 0.0, row: Array | None = None
+) -> float:
     """Return what rounding of the segments' ends can do to the last unknown, the parameter.
 
-    Where each equation may have a larger error, `residual`, that counts.
+    Or to what has the derivatives `row`. Where each equation may have a larger error, `residual`,
+    that counts.
     """
-    weights = np.abs(bordered.solve_transposed(hold_parameter(len(z) - 1)))
+    row = hold_parameter(len(z) - 1) if row is None else row
+    weights = np.abs(bordered.solve_transposed(row))
     sizes = np.ones(len(weights))  # there may be more equations than unknowns
     sizes[: len(z)] = np.maximum(1.0, np.abs(z))
     return float(weights @ np.maximum(ROUNDING * sizes, residual))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,6 +17,7 @@ from slipfold.continuation.traced_curve import Found, Monitor, MonitorResult, St
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES
+from slipfold.orbits.continued import ROUNDING, parameter_rounding
 from slipfold.orbits.extrema import AVERAGED, find_extrema
 from slipfold.orbits.measures import mean_of, measure_gradient
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
@@ -45,11 +46,23 @@ class Happened(Found[OrbitPoint]):
 
     def distance_from(self, again: OrbitPoint) -> float:
         """Return the arclength by which it moves when its orbit is computed again."""
-        if self.event.value is not None:
+        event, point, slope, rounding = self.event, self.point, self.slope, 0.0
+        if event.measure == "parameter":
             return ZERO.close
-        rates = [rate_along(each, self.event) for each in (self.point, again)]
-        change = SPREAD * abs(rates[1] - rates[0]) + abs(rates[0])
-        return ZERO.close + change / max(abs(self.slope), 1e-300)
+        if event.value is None:
+            one, other = (rate_along(each, event) for each in (point, again))
+        else:  # extrema are found at the phases of the same nodes
+            orbits, watch = point.curve.orbits, Events(point.curve, [event])
+            again = replace(point, z=orbits.adopt(again.curve.orbits, again.z))
+            one, other = (float(watch.values(each)[0]) for each in (point, again))
+            gradient = measure_gradient(orbits, point.z, event.measure, event.name)
+            slope = float(gradient @ point.tangent)  # just below an extremum no secant is it
+            rounding = ROUNDING * abs(event.value)
+            if (part := point.linearization) is not None:
+                bordered = part.bordered(point.tangent)
+                rounding += parameter_rounding(bordered, point.z, row=gradient)
+        change = SPREAD * abs(other - one) + abs(one) + rounding
+        return ZERO.close + change / max(abs(slope), 1e-300)
 
 
 def rate_along(point: OrbitPoint, event: Event) -> float:
