@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import slipfold as sf
 from slipfold.continuation.step_length import drift
@@ -127,6 +129,68 @@ def test_a_batch_leaves_what_nothing_damps_to_be_followed_individually():
     for diagram in sf.responses(sf.System(system), "m", (-0.5, 0.5), over={"W": [1.6, 1.7]}):
         (point,) = diagram.branches[0].special
         assert (point.type, point.value) == ("NS", pytest.approx(0, abs=1e-12))
+
+
+def coupled(stiffness: str, coupling: str) -> dict[str, str]:
+    """Two vibrations without damping, by which one pushes the other against what it is pushed."""
+    second = f"-({coupling})*x - 3*y"
+    return {"x": "v", "v": f"-({stiffness})*x + ({coupling})*y - x^3", "y": "w", "w": second}
+
+
+@pytest.mark.parametrize("beside", [{}, mode("7.1")], ids=["alone", "a mode"])
+@pytest.mark.parametrize(
+    ("states", "span", "expected"),
+    [
+        (coupled("2", "m"), (-1, 1), [-0.5, 0.5]),
+        (coupled("2", "m"), (1, 0), [0.5]),
+        # Both within one step: x and y have frequencies that differ by twice the coupling.
+        (coupled("3 + m", "0.005"), (-2, 2.3), [-0.01, 0.01]),
+        (coupled("3 + m", "0.00005"), (-2, 2.3), [-0.0001, 0.0001]),
+    ],
+    ids=["coupling", "backward", "stiffness", "weak coupling"],
+)
+def test_flutter_without_damping_begins_where_two_pairs_meet(states, span, expected, beside):
+    model = sf.System({"parameters": {"m": span[0], "k": 0.5}, "states": states | beside})
+    (branch,) = (diagram := sf.response(model, "m", span)).branches
+    assert [(point.type, point.name) for point in branch.special] == [
+        ("HB", "Hamiltonian Hopf") for _ in expected
+    ]
+    slope = np.ptp(expected) or 1.0  # of the discriminant, a parabola through both
+    for point, value in zip(branch.special, expected, strict=True):
+        assert abs(point.value - value) <= point.uncertainty < 1e-10 / slope
+        assert (point.criticality, point.undecided, point.leads_to) == (None, None, None)
+    assert diagram.summary().count("Hamiltonian Hopf") == len(expected)
+    with pytest.raises(sf.InputError, match="are not followed"):
+        sf.locus(branch.special[0], ("m", "k"), ((-2, 3), (0, 1)))
+
+
+def test_a_forced_vibration_without_damping_loses_its_stability_by_a_krein_collision():
+    """The coupling oscillates with about the sum of both frequencies; Floquet's theory by SciPy."""
+    states = {"x": "v", "v": "e*cos(W*t)*y - x", "y": "w", "w": "e*cos(W*t)*x - 2*y"}
+    system = {"states": states, "forcing": {"period": "2*pi/W"}}
+    model = sf.System(system | {"parameters": {"W": 2.2, "e": 0.1}})
+
+    def discriminant(frequency):
+        def rates(t, state):
+            x, v, y, w = state.reshape(4, 4)
+            pushed = 0.1 * np.cos(frequency * t)
+            return np.concatenate([v, pushed * y - x, w, pushed * x - 2 * y])
+
+        options = {"rtol": 1e-12, "atol": 1e-13, "method": "DOP853"}
+        solution = solve_ivp(rates, (0, 2 * np.pi / frequency), np.eye(4).ravel(), **options)
+        monodromy = solution.y[:, -1].reshape(4, 4)
+        # Of s^2 - a s + b - 2 with s = mu + 1/mu, where mu^4 - a mu^3 + b mu^2 - a mu + 1 = 0.
+        return 2 * np.trace(monodromy @ monodromy) - np.trace(monodromy) ** 2 + 8
+
+    expected = [brentq(discriminant, *ends, xtol=1e-13) for ends in [(2.3, 2.4), (2.4, 2.5)]]
+    for span in ((2.2, 2.7), (2.42, 2.7)):
+        branch = sf.response(model, "W", span).branches[0]
+        inside = [value for value in expected if span[0] < value]
+        assert [point.name for point in branch.special] == ["Krein collision"] * len(inside)
+        assert [p.value for p in branch.special] == pytest.approx(inside, abs=1e-11)
+        assert np.all(
+            branch.stable == ~((expected[0] < branch.parameter) & (branch.parameter < expected[1]))
+        )
 
 
 @pytest.mark.parametrize("beside", [{}, mode("7.1")], ids=["alone", "a mode"])

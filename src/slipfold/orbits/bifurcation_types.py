@@ -108,6 +108,9 @@ FOLLOWED_TYPES = (*LOCUS_TYPES, *EXTREMUM_TYPES)
 PAIRED = tuple(name for name, item in BIFURCATION_TYPES.items() if item.pair)
 """Bifurcations at which a pair is critical: of orbits, and of equilibria."""
 
+COLLISIONS = {"HB": "Hamiltonian Hopf", "NS": "Krein collision"}
+"""What they are called where two pairs meet on the unit circle and leave it, as without damping."""
+
 
 @dataclass(frozen=True)
 class CodimensionTwoType:

@@ -177,6 +177,23 @@ class Standing:
         return left
 
 
+def reciprocal_sums(multipliers: Complex) -> Complex:
+    r"""Return :math:`\mu + 1/\mu` of the multipliers that come in pairs :math:`\mu, 1/\mu`.
+
+    So do all of a reversible or a Hamiltonian system. Shapes: multipliers (n,), returns (k,).
+
+    >>> reciprocal_sums(np.array([2.0, 0.9, 0.5]))
+    array([2.5+0.j])
+    """
+    first, second = _pairs(len(multipliers))
+    off, used, sums = np.abs(_of_two(multipliers) - 1), set[int](), list[complex]()
+    for k in np.argsort(off)[: np.count_nonzero(off < ALIKE)].tolist():
+        if used.isdisjoint(pair := {int(first[k]), int(second[k])}):
+            used |= pair
+            sums.append(complex(multipliers[list(pair)].sum()))
+    return np.array(sums, dtype=complex)
+
+
 DRIFT = 0.1
 """Part of the gap to others by which multipliers that stand may move before it is noted where."""
 

@@ -75,7 +75,7 @@ def _neutral(branches: Sequence[Branch]) -> list[str]:
     where = f"branch{'es' * (len(on) > 1)} {', '.join(on)}"
     return [
         f"Multipliers stay on the unit circle on {where}, as those of a mode that nothing damps: "
-        "what happens to these is not seen, only what crosses beside them"
+        "of these only collisions of two pairs are seen, and what crosses beside them"
     ]
 
 

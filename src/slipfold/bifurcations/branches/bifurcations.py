@@ -14,6 +14,7 @@ from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.closed_branches import noise_beside_parent, same_orbit
 from slipfold.bifurcations.branches.standing import (
+    collisions,
     counts,
     rounding,
     seen_without,
@@ -129,7 +130,8 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def between(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations between two points."""
-        found = self.search(known, a, b)
+        found = self.search(known, a, b) + collisions(known, a, b, self._orbits)
+        found.sort(key=lambda item: item.point.arclength)
         turns = [item.point.arclength for item in found if _turns(item)]
         return [
             item

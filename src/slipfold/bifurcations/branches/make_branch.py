@@ -18,6 +18,7 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.branch_point import find_crossing
 from slipfold.bifurcations.branches.events import Happened
 from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.standing import Collision
 from slipfold.bifurcations.branches.switching_boundaries import (
     FoundGrazing,
     FoundMeeting,
@@ -32,7 +33,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Mode
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, COLLISIONS, CONTACT_TYPES, PAIRED
 from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
@@ -238,6 +239,8 @@ def _named(found: Found) -> tuple[str, str]:
         return found.type, found.name
     if found.type in CONTACT_TYPES:
         return found.type, CONTACT_TYPES[found.type].title
+    if isinstance(found, Collision):
+        return found.type, COLLISIONS[found.type]
     form = _form_of(found) or ("BP" if found.other is None else "pitchfork or transcritical")
     if form in BIFURCATION_TYPES:
         return found.type, BIFURCATION_TYPES[form].title
@@ -304,9 +307,14 @@ def _uncertainties(orbits: Orbits, found: Found) -> Uncertainties[tuple[float, A
     if not np.isfinite(uncertain).all():
         return _unknown(point)
     if other is None:
-        test = "fold" if found.type == "BP" else found.type
-        change = SPREAD * abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
-        change = max(change, _blurred(test, point, uncertain))
+        if isinstance(found, Collision):  # two that meet are known to the root of what it is
+            here, there = map(found.test, (point.multipliers, again.multipliers))
+            blurred = SPREAD * abs(here) + found.parted(uncertain)  # its slope is that of a secant
+        else:
+            test = "fold" if found.type == "BP" else found.type
+            here, there = point.tests[test], again.tests[test]
+            blurred = _blurred(test, point, uncertain)
+        change = max(SPREAD * abs(there - here) + abs(here), blurred)
         along = change / max(abs(found.slope), 1e-300)
         rounding += along * abs(point.tangent[-1])
         rates = yield from _multiplier_rates(point, point.tangent)

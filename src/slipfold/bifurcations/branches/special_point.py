@@ -12,7 +12,12 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.solution_curve import LocatedPoint
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
+from slipfold.orbits.bifurcation_types import (
+    BIFURCATION_TYPES,
+    COLLISIONS,
+    EXTREMUM_TYPES,
+    PAIRED,
+)
 from slipfold.orbits.test_functions import ALIKE, angles_on_circle
 
 
@@ -80,7 +85,8 @@ class SpecialPoint(LocatedPoint):
     @property
     def outcome(self) -> str:
         """What is watched, whether it is soft or hard, and where it leads, as far as known."""
-        named = "" if self.type in BIFURCATION_TYPES and self.type != "BP" else self.name
+        plain = self.type in BIFURCATION_TYPES and self.type != "BP"
+        named = "" if plain and not self.collides else self.name
         started = f"to branch {self.leads_to}" if self.leads_to is not None else ""
         judged = self.criticality or self.undecided
         return ", ".join(part for part in (named, judged, started) if part)
@@ -89,7 +95,7 @@ class SpecialPoint(LocatedPoint):
     def undecided(self) -> str | None:
         """Why it is not known whether it is soft or hard; None where it is, or has no meaning."""
         meaningless = self.type == "LP" or self.type not in BIFURCATION_TYPES
-        meaningless |= self.name.startswith("transcritical")
+        meaningless |= self.name.startswith("transcritical") or self.collides
         if self.interrupted and self.type in BIFURCATION_TYPES:
             return "interrupted before its normal form was computed"
         if self.criticality is not None or meaningless:
@@ -123,8 +129,15 @@ class SpecialPoint(LocatedPoint):
         return "neither soft nor hard: the coefficient is zero within rounding"
 
     @property
+    def collides(self) -> bool:
+        """Whether two pairs meet on the unit circle and leave it, as without damping."""
+        return self.name == COLLISIONS.get(self.type)
+
+    @property
     def several(self) -> bool:
         """Whether several multipliers are critical at once, as by a symmetry."""
+        if self.collides:
+            return True
         if self.type in PAIRED:
             return bool(np.isnan(self.angle)) and len(angles_on_circle(self.multipliers)) > 1
         if self.type not in ("BP", "PD"):

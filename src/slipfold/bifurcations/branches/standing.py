@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slipfold.arrays import Array, Complex
+from slipfold.continuation.locate import locate
+from slipfold.continuation.search import Zeros, slope_at
+from slipfold.continuation.traced_curve import Found
+from slipfold.orbits.bifurcation_types import PAIRED
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import ALIKE, Standing, evaluate_tests
+from slipfold.orbits.test_functions import ALIKE, Standing, evaluate_tests, reciprocal_sums
 from slipfold.orbits.uncertainty import SPREAD
 from slipfold.text import NEUTRAL
 
@@ -49,3 +54,78 @@ def seen_without(
         tests = evaluate_tests(point.multipliers, curve.spectrum.tests, standing)
         seen.append(replace(point, curve=curve, tests={**point.tests, **tests}))
     return others[id(orbits)], seen
+
+
+@dataclass(frozen=True, eq=False)
+class Collision(Found[OrbitPoint]):
+    """Where two pairs of multipliers meet on the unit circle and leave it, or come onto it."""
+
+    @staticmethod
+    def test(multipliers: Complex) -> float:
+        r"""Return the discriminant of the sums :math:`\mu + 1/\mu`, each factor over its size.
+
+        Where these are real, pairs are on the circle; conjugate ones are of four multipliers that
+        left it. The discriminant is smooth, and changes its sign where one becomes the other.
+        Shapes: multipliers (n,).
+        """
+        sums = reciprocal_sums(multipliers)
+        first, second = np.triu_indices(len(sums), k=1)
+        sizes = np.abs(sums - 2) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factors = (sums[first] - sums[second]) ** 2 / (sizes[first] + sizes[second])
+        return float(np.prod(factors).real)
+
+    @staticmethod
+    def meeting(multipliers: Complex) -> complex:
+        """Return what two sums nearest to each other meet at. Shapes: multipliers (n,)."""
+        sums = reciprocal_sums(multipliers)
+        first, second = np.triu_indices(len(sums), k=1)
+        nearest = np.abs(sums[first] - sums[second]).argmin()
+        return complex(sums[first[nearest]] + sums[second[nearest]]) / 2
+
+    def parted(self, uncertain: Array) -> float:
+        """Return how much the test changes while those that meet part by what is uncertain."""
+        values, sums = self.point.multipliers, self.meeting(self.point.multipliers)
+        places = np.argsort(np.abs(values + 1 / values - sums))[:4]
+        return float((2 * uncertain[places].max() / abs(sums - 2)) ** 2)
+
+
+class Collisions(Zeros[OrbitPoint]):
+    """Finds where pairs of multipliers collide that nothing keeps off the unit circle.
+
+    No product of two of them tells: it is one before and after, as in reversible systems.
+    """
+
+    def values(self, point: OrbitPoint) -> Array:
+        """Return the discriminant at a point."""
+        return np.array([Collision.test(point.multipliers)])
+
+    def extrapolated(self, points: Sequence[OrbitPoint], weights: Array) -> None:
+        """Return None: multipliers are known at the points alone."""
+
+    def located(
+        self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found[OrbitPoint]]:
+        """Return the collision between two points, if there is one on the circle."""
+
+        def test(point: OrbitPoint) -> float:
+            return Collision.test(point.multipliers)
+
+        counts = {len(reciprocal_sums(point.multipliers)) for point in (a, b)}
+        if len(counts) > 1 or not test(a) * test(b) < 0:
+            return []
+        point = locate(self.curve, known, a, b, test)
+        if abs(Collision.meeting(point.multipliers).real) >= 2:
+            return []
+        pair = next(name for name in PAIRED if name in point.tests)
+        return [Collision(pair, point, slope_at(test, known, point, a, b))]
+
+
+def collisions(
+    known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint, orbits: Orbits
+) -> list[Found[OrbitPoint]]:
+    """Return the collisions of pairs between two points of a branch."""
+    small = (abs(point.tests.get(name, 1.0)) < ALIKE for name in PAIRED for point in (a, b))
+    if sum(small) < 2 or any(len(reciprocal_sums(each.multipliers)) < 2 for each in (a, b)):
+        return []
+    return Collisions(orbits).search(known, a, b)

@@ -13,6 +13,7 @@ from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCrit
 from slipfold.bifurcations.branches.closed_branches import same_orbit
 from slipfold.bifurcations.branches.homoclinic import snakes_about
 from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.standing import Collision
 from slipfold.bifurcations.branches.start import method_for
 from slipfold.continuation.curve_set import FollowedCurve, Start
 from slipfold.continuation.traced_curve import Found
@@ -99,6 +100,8 @@ def emanating_branches(
         return [replace(found.point, tangent=found.other, arclength=0.0, tests=tests)]
     z, residual = found.point.z, found.point.residual
     cycles = settings.largest_period > 0
+    if isinstance(found, Collision):  # families of cycles lie beside it, at any value
+        return []
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
         angles = np.sort(angles_on_circle(found.point.moving))

@@ -14,7 +14,7 @@ from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
-from slipfold.errors import BREAKDOWNS
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import eigenvalues_of
@@ -262,6 +262,11 @@ class ExtremumEquations(LocusEquations):
 
 def equations_of(orbits: Orbits, point: SpecialPoint, z: Array) -> LocusEquations:
     """Return the equations of the locus of a special point, which is an unknown of theirs."""
+    if point.collides:
+        raise InputError(
+            f"loci of {point.name} points, where two pairs meet, are not followed; compute "
+            "branches at several values of the other parameter"
+        )
     if point.type not in EXTREMUM_TYPES:
         if not np.isnan(point.angle):
             multiplier = np.exp(1j * point.angle)
