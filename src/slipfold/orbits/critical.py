@@ -173,7 +173,7 @@ class Critical(OrbitCurve):
     def _degeneracy(self, plain: Linearization) -> Degeneracy:
         if not np.isfinite(plain.blocks).all():
             return UNKNOWN
-        found = degeneracy(self.condition, plain.monodromy, self._pair(plain))
+        found = self._measured(plain)
         if len(plain.blocks) <= MANY or not np.isfinite(found.value):
             return found
         # Rounding at each node enters it as its vectors have grown up to there and grow from there.
@@ -183,6 +183,10 @@ class Critical(OrbitCurve):
         grown = np.linalg.norm(ends, axis=2) * np.linalg.norm(backward, axis=2)
         size = float(np.sqrt(1 + (grown**2).sum()))
         return Degeneracy(found.value / size, found.left / size, found.right)
+
+    def _measured(self, plain: Linearization) -> Degeneracy:
+        """Return how far the matrix is from being critical."""
+        return degeneracy(self.condition, plain.monodromy, self._pair(plain))
 
     def _pair(self, plain: Linearization) -> tuple[int, int] | None:
         """Return the places of the critical pair where others stand beside it, else None."""

@@ -46,6 +46,9 @@ def match_multipliers(values: Complex, others: Complex) -> Complex:
 ORBIT_TESTS = ("PD", "fold", "NS")
 """The test functions of `PRODUCTS` that are monitored along branches of periodic orbits."""
 
+ALIKE = 1e-6
+"""Multipliers this near to each other are one that is there more than once."""
+
 SHRUNK = 0.25
 """A product of factors 1 - p is compared with that of 1 - SHRUNK p. Nearer to one, functions turn
 less where multipliers far inside the circle do, but give less warning before one is on it."""
@@ -177,7 +180,7 @@ class Standing:
         return left
 
 
-def reciprocal_sums(multipliers: Complex) -> Complex:
+def reciprocal_sums(multipliers: Complex, within: float = ALIKE) -> Complex:
     r"""Return :math:`\mu + 1/\mu` of the multipliers that come in pairs :math:`\mu, 1/\mu`.
 
     So do all of a reversible or a Hamiltonian system. Shapes: multipliers (n,), returns (k,).
@@ -187,7 +190,7 @@ def reciprocal_sums(multipliers: Complex) -> Complex:
     """
     first, second = _pairs(len(multipliers))
     off, used, sums = np.abs(_of_two(multipliers) - 1), set[int](), list[complex]()
-    for k in np.argsort(off)[: np.count_nonzero(off < ALIKE)].tolist():
+    for k in np.argsort(off)[: np.count_nonzero(off <= within)].tolist():
         if used.isdisjoint(pair := {int(first[k]), int(second[k])}):
             used |= pair
             sums.append(complex(multipliers[list(pair)].sum()))
@@ -268,6 +271,42 @@ def degeneracy(kind: str, monodromy: Array, pair: tuple[int, int] | None = None)
     return Degeneracy(found.value / size, found.left / size, found.right)
 
 
+def collision(monodromy: Array) -> Degeneracy:
+    r"""Measure how far the two pairs next to each other on the unit circle are from meeting.
+
+    With the trace and the determinant of the matrix on the plane of their upper multipliers,
+
+    .. math:: g = 4 - t^2 / d = -(\mu_1 - \mu_2)^2 / (\mu_1 \mu_2)
+
+    is real: for :math:`\mu_{1,2} = e^{i(a \pm b)}`, :math:`4 \sin^2 b`. The plane is smooth
+    where they meet, unlike either of them.
+
+    Shapes: monodromy (n, n).
+    """
+    multipliers = floquet_multipliers(monodromy)
+    upper = np.flatnonzero(multipliers.imag > 0)
+    first, second = _pairs(len(upper))
+    a, b = multipliers[upper[first]], multipliers[upper[second]]
+    if not len(a):
+        return UNKNOWN
+    # Both lie on the circle, or they are images of each other in it: of several, the next two.
+    nearest = int(np.abs(np.log(np.abs(a * b)) + 1j * np.abs(a - b) * ALIKE).argmin())
+    total, product = a[nearest] + b[nearest], a[nearest] * b[nearest]
+    plane = monodromy @ monodromy - total * monodromy + product * np.eye(len(monodromy))
+    u, _, v = np.linalg.svd(plane)
+    left, right = u[:, -2:].conj().T, v[-2:].conj().T
+    gram = np.linalg.inv(left @ right)
+    restricted = gram @ left @ monodromy @ right
+    trace, determinant = np.trace(restricted), np.linalg.det(restricted)
+    value = 4 - trace**2 / determinant
+    # The derivatives of trace and determinant by the matrix on the plane.
+    by_entries = (trace * np.linalg.inv(restricted) - 2 * np.eye(2)) * trace / determinant
+    rows, columns = by_entries @ gram @ left, right.T
+    size = sqrt(1 + np.vdot(monodromy, monodromy))
+    left, right = np.vstack([rows.real, -rows.imag]), np.vstack([columns.real, columns.imag])
+    return Degeneracy(float(value.real) / size, left / size, right)
+
+
 def critical_pair(multipliers: Complex) -> tuple[int, int] | None:
     """Return the places of the two multipliers whose product is nearest to one.
 
@@ -285,10 +324,6 @@ def critical_pair(multipliers: Complex) -> tuple[int, int] | None:
     distance = np.where(possible, np.abs(1 - a * b), np.inf)
     nearest = int(distance.argmin())
     return int(first[nearest]), int(second[nearest])
-
-
-ALIKE = 1e-6
-"""Multipliers this near to each other are one that is there more than once."""
 
 
 def angles_on_circle(multipliers: Complex) -> Array:

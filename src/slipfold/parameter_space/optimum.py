@@ -202,6 +202,11 @@ class ParameterizedPoint(ParameterizedSolution):
                 "a branch point vanishes where a parameter separates its branches; give a special "
                 "point of another type"
             )
+        if point.collides:
+            raise InputError(
+                f"at the {point.type} at {point.vary} = {point.value:.6g} two pairs meet that "
+                "nothing damps; give a model with damping"
+            )
         try:
             orbits, found = solved(point, plane_of_scales(point, names[0]), Settings())
         except InputError:

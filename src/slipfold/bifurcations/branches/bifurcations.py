@@ -30,7 +30,12 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.continued import parameter_rounding
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PRODUCTS, evaluate_tests, floquet_multipliers
+from slipfold.orbits.test_functions import (
+    PRODUCTS,
+    angles_on_circle,
+    evaluate_tests,
+    floquet_multipliers,
+)
 from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
@@ -498,10 +503,9 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     """
     off = [_off_circle(point) for point in (a, b)]
     standing = found.point.curve.orbits.standing is not None
-    several = count_on_circle(found.point) > 2
-    # Two pairs that meet are known to the root of rounding.
+    several = len(angles_on_circle(found.point.moving)) > 1
     near = (standing and max(off) < BIFURCATION.located) or (
-        several and min(off) < BIFURCATION.located
+        several and min(off) < max(map(rounding, (a, b)))
     )
     return found.type in PAIRED and near
 

@@ -125,7 +125,8 @@ def collisions(
     known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint, orbits: Orbits
 ) -> list[Found[OrbitPoint]]:
     """Return the collisions of pairs between two points of a branch."""
-    small = (abs(point.tests.get(name, 1.0)) < ALIKE for name in PAIRED for point in (a, b))
-    if sum(small) < 2 or any(len(reciprocal_sums(each.multipliers)) < 2 for each in (a, b)):
+    # Damping that is no rounding keeps them apart from their images.
+    sums = (reciprocal_sums(point.multipliers, rounding(point)) for point in (a, b))
+    if min(map(len, sums)) < 2:
         return []
     return Collisions(orbits).search(known, a, b)

@@ -14,7 +14,7 @@ from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
-from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import eigenvalues_of
@@ -27,7 +27,9 @@ from slipfold.orbits.normal_forms.maps import FORMS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import (
     PRODUCTS,
+    Degeneracy,
     Standing,
+    collision,
     critical_places,
     floquet_multipliers,
     others_of,
@@ -226,6 +228,18 @@ class LocusEquations(Critical):
             return np.nan
 
 
+class CollisionEquations(LocusEquations):
+    """A locus on which two pairs meet on the unit circle and leave it, as without damping."""
+
+    @property
+    def is_spectral(self) -> bool:
+        """No: of what is critical besides, and of a normal form, nothing is known."""
+        return False
+
+    def _measured(self, plain: Linearization) -> Degeneracy:
+        return collision(plain.monodromy)
+
+
 class ExtremumEquations(LocusEquations):
     """A locus of extrema of a measure along branches in one of two parameters.
 
@@ -263,10 +277,7 @@ class ExtremumEquations(LocusEquations):
 def equations_of(orbits: Orbits, point: SpecialPoint, z: Array) -> LocusEquations:
     """Return the equations of the locus of a special point, which is an unknown of theirs."""
     if point.collides:
-        raise InputError(
-            f"loci of {point.name} points, where two pairs meet, are not followed; compute "
-            "branches at several values of the other parameter"
-        )
+        return CollisionEquations(orbits, point.type)
     if point.type not in EXTREMUM_TYPES:
         if not np.isnan(point.angle):
             multiplier = np.exp(1j * point.angle)
