@@ -42,6 +42,20 @@ def test_on_periodic_orbits_they_are_the_logarithms_of_multipliers(model, period
     assert found.dimension == 0
 
 
+@LONG
+def test_what_decays_to_rounding_within_a_period_is_not_waited_for():
+    # Its exponent is -1000 a second, of which no digits are left: that is stated.
+    fast = "1000*(1 + cos(W*t))*(x - z)"
+    states = {"x": "v", "v": "-0.8*v - x + cos(W*t)", "z": fast}
+    model = sf.System(parameters={"W": 1.3}, states=states, forcing={"period": "2*pi/W"})
+    found = sf.lyapunov(model)
+    assert found.periods <= 2000
+    assert found.exponents[:2] == pytest.approx([-0.4 * 2 * np.pi / 1.3] * 2, abs=1e-7)
+    assert found.exponents[2] < -1000
+    assert np.isinf(found.errors[2])
+    assert found.errors[:2].max() < 1e-7
+
+
 def test_of_a_cycle_one_is_zero_and_the_others_are_those_of_its_multipliers():
     found = sf.lyapunov(MODELS["vanderpol-free"](), tolerance=1e-7)
     assert found.per == "s"

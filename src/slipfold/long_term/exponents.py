@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Mask
 from slipfold.errors import InputError
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
@@ -81,7 +81,8 @@ class EXPONENTS:
     fading: float = 0.75  # of that over the quarter before: halved if growth is linear
     rounding: float = 1e-10  # of a zero exponent per period
     pilot: int = 8  # periods that show how unequally perturbations grow
-    spread: float = 12.0  # of logarithms of growth in one linearization; 36 would leave no digits
+    lost: float = 36.0  # logarithm of a decay of which no digits are left
+    spread: float = 12.0  # of logarithms of growth in one linearization
     removed: float = 1e-12  # growth over a period, over the largest, that stick left to rounding
     first: int = 250  # periods before the first estimate; each later one takes twice as many
     max_periods: int = 32_000  # by default if the classification is known or periods are expensive
@@ -316,6 +317,8 @@ class Growth:
         self.model = integration.model
         n = len(self.model.states)
         self._frame: Array = np.eye(n)
+        # Directions that decay to rounding within a part: by how much is not known
+        self.unresolved: Mask = np.zeros(n, dtype=bool)
         self._logarithms: list[Array] = []
         # Extents of the states, over their characteristic scales: units of the frame
         self._extents: Array = np.ones(n)
@@ -339,8 +342,11 @@ class Growth:
             for matrix in pieces:
                 self._frame, triangle = np.linalg.qr(matrix @ self._frame)
                 factors = np.abs(np.diag(triangle))
+                lost = factors <= EXPONENTS.removed * factors.max()
                 if isinstance(self.integration, HybridIntegration):
-                    factors[factors <= EXPONENTS.removed * factors.max()] = 0.0
+                    factors[lost] = 0.0
+                else:
+                    self.unresolved |= lost
                 with np.errstate(divide="ignore"):
                     row += np.log(factors)
         self._logarithms.append(result)
@@ -439,6 +445,11 @@ class ExponentEstimate(NamedTuple):
     exponents: Array  # shape (n,)
     errors: Array  # shape (n,)
 
+    @property
+    def error(self) -> float:
+        """The largest error but for directions that decay to rounding within a period."""
+        return float(self.errors[self.exponents > -EXPONENTS.lost].max(initial=0.0))
+
 
 @dataclass(frozen=True, eq=False)
 class Exponents:
@@ -496,7 +507,7 @@ def follow_exponents(
                     text, values = f"exponents a period: {shown}", {"exponents": known}
                     observer(Progress("periods", growth.periods, maximum, text, values))
             estimates.append(_estimate(growth))
-            enough = estimates[-1].errors.max() <= tolerance or end >= EXPONENTS.max_periods
+            enough = estimates[-1].error <= tolerance or end >= EXPONENTS.max_periods
             if periods is None and enough and _classification(growth, estimates[-1]).known:
                 break
     except KeyboardInterrupt:
@@ -566,5 +577,6 @@ def _estimate(growth: Growth) -> ExponentEstimate:
         fading = np.abs(values) < EXPONENTS.fading * np.abs(earlier)
         fading &= np.abs(values) > EXPONENTS.sure * errors  # else it is known to be zero so far
         errors = np.where(fading, np.fmax(errors, np.abs(earlier - values)), errors)
+    errors = np.where(growth.unresolved, np.inf, errors)
     order = np.argsort(-values, kind="stable")
     return ExponentEstimate(growth.periods, values[order], errors[order])
