@@ -111,7 +111,7 @@ ExponentTolerance = Annotated[
     float,
     Option(
         "Error of all exponents, per forcing period or interval, at which the computation ends "
-        "unless periods are given."
+        "unless periods are given; of those below -36 no digits may be left."
     ),
 ]
 

@@ -141,20 +141,20 @@ def test_the_locus_of_flutter_without_damping_is_followed():
         assert (k.min(), k.max()) == pytest.approx((1, 4), abs=1e-12)
 
 
-@pytest.mark.parametrize("beside", [{}, mode("7.1"), mode("7.1", 0.1)], ids=["alone", "1", "2"])
+BESIDE_TWO = {"alone": {}, "a mode": mode("7.1"), "a damped mode": mode("7.1", 0.1)}
+
+
+@pytest.mark.parametrize("beside", BESIDE_TWO.values(), ids=BESIDE_TWO)
 def test_the_edge_of_a_combination_resonance_is_followed(beside):
     # Their multipliers' polynomial reads the same backward: s^2 + a s + b - 2 in s = l + 1/l.
-    states = {"x": "u", "y": "v", "u": "-x - e*cos(W*t)*y", "v": "-4*y - e*cos(W*t)*x", **beside}
-    forcing = {"period": "2*pi/W"}
-    model = sf.System(parameters={"W": 2.5, "e": 0.4}, states=states, forcing=forcing)
+    states = {"x": "u", "y": "v", "u": "-x - e*cos(W*t)*y", "v": "-4*y - e*cos(W*t)*x"}
+    system = {"parameters": {"W": 2.5, "e": 0.4}, "forcing": {"period": "2*pi/W"}}
+    model, alone = (sf.System(system | {"states": states | each}) for each in (beside, {}))
     point, _ = sf.response(model, "W", (2.3, 3.6)).branches[0].special
     (locus,) = sf.locus(point, ("W", "e"), ((2.5, 3.5), (0.05, 1))).loci
     assert (locus.values[:, 1].min(), locus.values[:, 1].max()) == pytest.approx((0.05, 1))
     for W, e in locus.values[1::4]:
-        alone = sf.System(
-            parameters={"W": W, "e": e}, states=dict(list(states.items())[:4]), forcing=forcing
-        )
-        _, a, b, _, _ = np.poly(sf.periodic_orbit(alone).multipliers).real
+        _, a, b, _, _ = np.poly(sf.periodic_orbit(alone.replace(W=W, e=e)).multipliers).real
         assert a**2 - 4 * (b - 2) == pytest.approx(0, abs=1e-11)
 
 

@@ -54,6 +54,7 @@ def test_what_decays_to_rounding_within_a_period_is_not_waited_for():
     assert found.exponents[2] < -1000
     assert np.isinf(found.errors[2])
     assert found.errors[:2].max() < 1e-7
+    assert found.dimension == 0
 
 
 def test_of_a_cycle_one_is_zero_and_the_others_are_those_of_its_multipliers():
@@ -165,11 +166,13 @@ UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
         ([1e-9, -1e-9], 1e-8, 0.5, "periodic"),  # no torus lies in the plane
         ([-0.1, -0.2, -0.3], 1e-8, 0.5, "equilibrium"),
         ([0.1, 1e-7, -0.3], 1e-5, 0.5, "chaos"),
+        ([1e-9, -0.2, -99.0], [1e-8, 1e-8, np.inf], None, "torus"),  # the last decays to rounding
     ],
 )
 def test_classes_follow_from_exponents(exponents, error, seconds, kind):
-    errors = np.full(len(exponents), error)
-    assert classify(np.array(exponents), errors, UNSETTLED, seconds, 0 * errors).kind == kind
+    errors = np.broadcast_to(error, len(exponents))
+    angles = np.zeros(len(exponents))
+    assert classify(np.array(exponents), errors, UNSETTLED, seconds, angles).kind == kind
 
 
 FREE = {"x": {"rate": "y", "start": 1.0}, "y": "-x", "a": {"rate": "1.618 + 0.1*x", "angle": True}}

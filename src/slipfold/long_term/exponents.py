@@ -253,7 +253,9 @@ def classify(
     """Classify a trajectory by exponents per period, in descending order, and by convergence.
 
     `seconds` is the length of an interval of an autonomous model, whose exponent along the
-    trajectory is zero. Shapes: exponents, errors, angle_periods (n,).
+    trajectory is zero. An exponent with an infinite error is an upper bound.
+
+    Shapes: exponents, errors, angle_periods (n,).
     """
     if settlement.settled:
         return _settled(settlement, exponents[0] > EXPONENTS.sure * errors[0] + EXPONENTS.rounding)
@@ -266,7 +268,7 @@ def classify(
         return Classification(
             "chaos", f"chaotic: nearby trajectories diverge, {_doubling(exponents[0], seconds)}"
         )
-    zero = np.abs(exponents) <= slack
+    zero = np.isfinite(errors) & (np.abs(exponents) <= slack)
     doubtful = int(np.where(zero, errors, 0.0).argmax())
     if zero[doubtful] and errors[doubtful] > 2e-5:  # those of chaos are larger
         return Classification(
@@ -317,7 +319,7 @@ class Growth:
         self.model = integration.model
         n = len(self.model.states)
         self._frame: Array = np.eye(n)
-        # Directions that decay to rounding within a part: by how much is not known
+        # Directions that decay to rounding within a part: their exponents are upper bounds
         self.unresolved: Mask = np.zeros(n, dtype=bool)
         self._logarithms: list[Array] = []
         # Extents of the states, over their characteristic scales: units of the frame

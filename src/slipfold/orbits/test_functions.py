@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
@@ -284,24 +285,20 @@ def collision(monodromy: Array) -> Degeneracy:
     Shapes: monodromy (n, n).
     """
     multipliers = floquet_multipliers(monodromy)
-    upper = np.flatnonzero(multipliers.imag > 0)
+    upper = multipliers[multipliers.imag > 0]
     first, second = _pairs(len(upper))
-    a, b = multipliers[upper[first]], multipliers[upper[second]]
+    a, b = upper[first], upper[second]
     if not len(a):
         return UNKNOWN
     # Both lie on the circle, or they are images of each other in it: of several, the next two.
-    nearest = int(np.abs(np.log(np.abs(a * b)) + 1j * np.abs(a - b) * ALIKE).argmin())
-    total, product = a[nearest] + b[nearest], a[nearest] * b[nearest]
-    plane = monodromy @ monodromy - total * monodromy + product * np.eye(len(monodromy))
-    u, _, v = np.linalg.svd(plane)
-    left, right = u[:, -2:].conj().T, v[-2:].conj().T
-    gram = np.linalg.inv(left @ right)
-    restricted = gram @ left @ monodromy @ right
+    images = np.abs(np.abs(a * b) - 1) < ALIKE
+    nearest = int(np.where(images, np.abs(a - b), np.inf).argmin())
+    restricted, dual, basis = _on_plane(monodromy, a[nearest] + b[nearest], a[nearest] * b[nearest])
     trace, determinant = np.trace(restricted), np.linalg.det(restricted)
     value = 4 - trace**2 / determinant
     # The derivatives of trace and determinant by the matrix on the plane.
     by_entries = (trace * np.linalg.inv(restricted) - 2 * np.eye(2)) * trace / determinant
-    rows, columns = by_entries @ gram @ left, right.T
+    rows, columns = by_entries @ dual, basis.T
     size = sqrt(1 + np.vdot(monodromy, monodromy))
     left, right = np.vstack([rows.real, -rows.imag]), np.vstack([columns.real, columns.imag])
     return Degeneracy(float(value.real) / size, left / size, right)
@@ -371,17 +368,25 @@ def _real_degeneracy(kind: str, monodromy: Array) -> Degeneracy:
 
 
 def _pair_degeneracy(monodromy: Array, pair: tuple[int, int] | None) -> Degeneracy:
-    n = len(monodromy)
     multipliers = floquet_multipliers(monodromy)
     pair = pair or critical_pair(multipliers)
     if pair is None:
         return UNKNOWN
     total = (multipliers[pair[0]] + multipliers[pair[1]]).real
     product = (multipliers[pair[0]] * multipliers[pair[1]]).real
-    # The quadratic polynomial of the pair is singular on its plane, also where the two coincide.
-    polynomial = monodromy @ monodromy - total * monodromy + product * np.eye(n)
+    restricted, dual, basis = _on_plane(monodromy, total, product)
+    return Degeneracy(product - 1.0, product * np.linalg.inv(restricted) @ dual, basis.T)
+
+
+def _on_plane(monodromy: Array, total: Any, product: Any) -> tuple[Any, Any, Any]:
+    """Return a matrix on the plane of two multipliers, also where they coincide.
+
+    With a basis of the plane and the rows that give a vector's part in it. Their sum and product
+    say which two; complex ones give complex results. Shapes: (2, 2), rows (2, n), basis (n, 2).
+    """
+    # The quadratic polynomial of the two is singular on their plane.
+    polynomial = monodromy @ monodromy - total * monodromy + product * np.eye(len(monodromy))
     u, _, v = np.linalg.svd(polynomial)
-    left, right = u[:, -2:].T, v[-2:]
-    gram = np.linalg.inv(left @ right.T)
-    restricted = gram @ left @ monodromy @ right.T
-    return Degeneracy(product - 1.0, product * np.linalg.inv(restricted) @ gram @ left, right)
+    left, basis = u[:, -2:].conj().T, v[-2:].conj().T
+    dual = np.linalg.inv(left @ basis) @ left
+    return dual @ monodromy @ basis, dual, basis

@@ -84,7 +84,10 @@ class LyapunovExponents(PerPeriod, Result):
 
     @property
     def errors(self) -> Array:
-        """Estimated errors of the exponents, in their unit, shape (n_states,)."""
+        """Estimated errors of the exponents, in their unit, shape (n_states,).
+
+        Infinite where perturbations decay to rounding: the exponent is an upper bound.
+        """
         return self.estimates[-1].errors
 
     @property
@@ -98,7 +101,8 @@ class LyapunovExponents(PerPeriod, Result):
 
         That of a periodic response at its discrete phases is 0.
         """
-        sums = np.cumsum(np.where(np.abs(self.exponents) <= self.errors, 0.0, self.exponents))
+        zero = np.isfinite(self.errors) & (np.abs(self.exponents) <= self.errors)
+        sums = np.cumsum(np.where(zero, 0.0, self.exponents))
         whole = int((sums >= 0).sum()) if sums[0] >= 0 else 0
         if whole in (0, len(sums)):
             return float(whole)

@@ -25,12 +25,12 @@ def test_regimes_are_drawn_and_named_under_the_pointer(explorer):
     before = plot.bounding_box()
     page.get_by_role("button", name="Compute the regimes").click()
     # The pointer rests while the pictures come, and the plot stays where it is.
-    told = pointed(explorer, 0.5, 0.1)
+    words = pointed(explorer, 0.5, 0.1)
     regimes = page.locator(REGIMES)
     expect(regimes).to_have_attribute("data-cells", re.compile("[0-9]+"))
     expect(page.locator(".plane-legend li .shade")).to_have_count(1)
-    expect(told).to_contain_text("motion from the start: period 1")
-    expect(told).to_contain_text("Ω = 1.4")
+    expect(words).to_contain_text("motion from the start: period 1")
+    expect(words).to_contain_text("Ω = 1.4")
     assert plot.bounding_box() == before
     page.get_by_role("button", name="Remove", exact=True).click()
     expect(regimes).to_have_attribute("data-cells", "")

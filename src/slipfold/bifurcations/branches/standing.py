@@ -93,7 +93,7 @@ class Collision(Found[OrbitPoint]):
 class Collisions(Zeros[OrbitPoint]):
     """Finds where pairs of multipliers collide that nothing keeps off the unit circle.
 
-    No product of two of them tells: it is one before and after, as in reversible systems.
+    The product of two of them shows none: it is one before and after, as in reversible systems.
     """
 
     def values(self, point: OrbitPoint) -> Array:
@@ -125,7 +125,10 @@ def collisions(
     known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint, orbits: Orbits
 ) -> list[Found[OrbitPoint]]:
     """Return the collisions of pairs between two points of a branch."""
-    # Damping that is no rounding keeps them apart from their images.
+    small = (abs(point.tests.get(name, 1.0)) < ALIKE for name in PAIRED for point in (a, b))
+    if sum(small) < 2:
+        return []
+    # Damping that is more than rounding keeps multipliers off the places of pairs.
     sums = (reciprocal_sums(point.multipliers, rounding(point)) for point in (a, b))
     if min(map(len, sums)) < 2:
         return []

@@ -275,11 +275,12 @@ export class Exponents {
   }
 }
 
-/** Exponents as text: 0 for what cannot be distinguished from zero, minus infinity for null. */
+/** Exponents as text: 0 for what cannot be distinguished from zero, minus infinity for null; without an error, a bound. */
 function listed(exponents, errors = exponents.map(() => 0)) {
   const texts = exponents.map((value, i) => {
     if (value === null) return "−∞";
-    const error = errors[i] ?? 0;
+    const error = errors[i];
+    if (error === null) return `below ${formatted(value, 2)}`;
     return Math.abs(value) <= SURE * error + ROUNDING ? "0" : formatted(value, digitsOf(value, error));
   });
   return texts.join(", ");
