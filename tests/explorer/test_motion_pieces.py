@@ -120,6 +120,15 @@ def test_an_orbit_with_stick_has_its_friction_everywhere():
     assert ours[1] == pytest.approx(lines.amplitude[1, 0], rel=1e-6)
 
 
+@pytest.mark.parametrize(("m", "word"), [(0.3, "neutral"), (0.6, "unstable")])
+def test_an_equilibrium_that_nothing_damps_is_not_stable(m, word):
+    states = {"x": "u", "u": "-2*x + m*y", "y": "v", "v": "-m*x - 3*y"}
+    model = sf.System(parameters={"m": m}, states=states)
+    orbit = sf.response(model, "m", (m, 1)).branches[0].orbit(0)
+    place = OrbitThrough(value=m, state=dict.fromkeys(states, 0.0))
+    assert orbit_view(ShownOrbit(orbit, place), "m")["stability"] == word
+
+
 def test_on_a_floor_at_rest_a_motion_ends_in_stick():
     model = belt(sf.Coulomb(mu_s=0.1, mu_k=0.1), speed=0.0)
     last = last_message(model, periods=600, start={"x": 1.0})

@@ -128,7 +128,7 @@ def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
     assert (answer["kind"], answer["slot"]) == ("orbit", "live")
     assert answer["period"] == 2
     assert answer["value"] == branch.parameter[9]
-    assert answer["stable"] == bool(branch.stable[9])
+    assert answer["stability"] == ("stable" if branch.stable[9] else "unstable")
     assert [complex(*item) for item in answer["multipliers"]] == pytest.approx(
         branch.multipliers[9].tolist(), rel=1e-9
     )

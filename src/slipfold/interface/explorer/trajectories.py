@@ -40,6 +40,7 @@ from slipfold.orbits.find import ORBIT, periodic_orbit, shortest_period
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
 from slipfold.results.simulation import Simulation
+from slipfold.text import stability_word
 
 
 def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
@@ -131,7 +132,7 @@ def orbit_view(shown: ShownOrbit, vary: str) -> dict[str, Any]:
         ),
         "multipliers": _pairs(orbit.multipliers),
         "eigenvalues": None if jacobian is None else _pairs(eigenvalues_of(jacobian)),
-        "stable": orbit.stable,
+        "stability": stability_word(orbit.multipliers, cycle=jacobian is None and not model.forced),
         "period": rounds * orbit.period,
         "value": number(model.values[vary]),
         "through": shown.through.model_dump(),

@@ -392,7 +392,7 @@ function parametersOf(view, answer) {
 function titleOf(answer, place, vary, isForced) {
   const at = `${vary.label ?? vary.name} = ${withUnit(vary, place.special ? place.x : answer.value ?? place.x)}`;
   // On a special point it is rounding that says on which side of stability it is.
-  const kind = place.special ? place.special.words : answer.stable ? "stable" : "unstable";
+  const kind = place.special ? place.special.words : answer.stability;
   if (answer.eigenvalues) {
     return `${at}: equilibrium, ${kind}; rightmost eigenvalue: ${modeText(answer.eigenvalues[0])}`;
   }

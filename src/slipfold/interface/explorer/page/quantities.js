@@ -67,9 +67,13 @@ export function withUnit(quantity, value, digits = 4) {
   return unit === "°" ? `${number}°` : `${number}\u202f${unit}`;
 }
 
+/** Damping that is rounding of an eigenvalue, over its modulus. */
+const ROUNDING = 1e-13;
+
 /** Of an eigenvalue the frequency in Hz and the damping ratio in per cent, as figures have them. */
 export function modeOf([re, im]) {
-  const damping = re === 0 ? 0 : (-100 * re) / Math.hypot(re, im);
+  const size = Math.hypot(re, im);
+  const damping = Math.abs(re) <= ROUNDING * size ? 0 : (-100 * re) / size;
   return { damping, frequency: Math.abs(im) / (2 * Math.PI) };
 }
 
