@@ -309,7 +309,7 @@ def _uncertainties(orbits: Orbits, found: Found) -> Uncertainties[tuple[float, A
     if other is None:
         if isinstance(found, Collision):  # two that meet are known to the root of what it is
             here, there = map(found.test, (point.multipliers, again.multipliers))
-            blurred = SPREAD * abs(here) + found.parted(uncertain)  # its slope is that of a secant
+            blurred = SPREAD * (abs(here) + abs(there - here) + found.rounding)
         else:
             test = "fold" if found.type == "BP" else found.type
             here, there = point.tests[test], again.tests[test]

@@ -14,7 +14,13 @@ from slipfold.continuation.traced_curve import Found
 from slipfold.orbits.bifurcation_types import PAIRED
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import ALIKE, Standing, evaluate_tests, reciprocal_sums
+from slipfold.orbits.test_functions import (
+    ALIKE,
+    Standing,
+    collision,
+    evaluate_tests,
+    reciprocal_sums,
+)
 from slipfold.orbits.uncertainty import SPREAD
 from slipfold.text import NEUTRAL
 
@@ -60,6 +66,8 @@ def seen_without(
 class Collision(Found[OrbitPoint]):
     """Where two pairs of multipliers meet on the unit circle and leave it, or come onto it."""
 
+    smooth_slope: float = np.nan  # of the function whose derivative by the matrix is known
+
     @staticmethod
     def test(multipliers: Complex) -> float:
         r"""Return the discriminant of the sums :math:`\mu + 1/\mu`, each factor over its size.
@@ -83,11 +91,13 @@ class Collision(Found[OrbitPoint]):
         nearest = np.abs(sums[first] - sums[second]).argmin()
         return complex(sums[first[nearest]] + sums[second[nearest]]) / 2
 
-    def parted(self, uncertain: Array) -> float:
-        """Return how much the test changes while those that meet part by what is uncertain."""
-        values, sums = self.point.multipliers, self.meeting(self.point.multipliers)
-        places = np.argsort(np.abs(values + 1 / values - sums))[:4]
-        return float((2 * uncertain[places].max() / abs(sums - 2)) ** 2)
+    @property
+    def rounding(self) -> float:
+        """What rounding of the matrix and of its eigenvalues does to the test."""
+        matrix, known = self.point.monodromy, collision(self.point.monodromy)
+        sizes = np.linalg.norm(known.left, axis=1) * np.linalg.norm(known.right, axis=1)
+        error = len(matrix) * np.finfo(float).eps * np.linalg.norm(matrix) * sizes.sum()
+        return float(error * abs(self.slope / self.smooth_slope))
 
 
 class Collisions(Zeros[OrbitPoint]):
@@ -118,7 +128,12 @@ class Collisions(Zeros[OrbitPoint]):
         if abs(Collision.meeting(point.multipliers).real) >= 2:
             return []
         pair = next(name for name in PAIRED if name in point.tests)
-        return [Collision(pair, point, slope_at(test, known, point, a, b))]
+        slope, smooth = (slope_at(each, known, point, a, b) for each in (test, _smooth))
+        return [Collision(pair, point, slope, smooth_slope=smooth)]
+
+
+def _smooth(point: OrbitPoint) -> float:
+    return collision(point.monodromy).value
 
 
 def collisions(
@@ -132,4 +147,6 @@ def collisions(
     sums = (reciprocal_sums(point.multipliers, rounding(point)) for point in (a, b))
     if min(map(len, sums)) < 2:
         return []
-    return Collisions(orbits).search(known, a, b)
+    # Of another search there may be points between, also where functions are interpolated.
+    around = [item for item in known if not a.arclength < item.arclength < b.arclength]
+    return Collisions(orbits).search(around, a, b)
