@@ -18,10 +18,9 @@ import numpy as np
 
 import grid
 import machine
-from slipfold import SlidingOscillator
+from slipfold import SlidingOscillator, ThresholdMap, threshold_map
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
-from slipfold.parameter_space.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version
 
 SPAN = (0.0, grid.LAST)
@@ -29,11 +28,11 @@ MODEL = SlidingOscillator(f=12.5)
 ALONE = Settings(largest_period=1)
 
 
-def compute(size: int) -> tuple[GridThresholds, float, float]:
+def compute(size: int) -> tuple[ThresholdMap, float, float]:
     """The map, its wall time and its processor time in seconds."""
     over = dict(zip(("Vd", "alpha"), grid.places(size), strict=True))
     begun, used = time.perf_counter(), time.process_time()
-    found = find_threshold_map(MODEL, "Nd", over=over, span=SPAN)
+    found = threshold_map(MODEL, "Nd", over=over, span=SPAN)
     return found, time.perf_counter() - begun, time.process_time() - used
 
 
@@ -45,7 +44,7 @@ def apart(value: float, expected: float) -> float:
     return float(abs(value - expected))
 
 
-def compare(found: GridThresholds, count: int) -> tuple[float, float]:
+def compare(found: ThresholdMap, count: int) -> tuple[float, float]:
     """Largest distance from responses followed one by one, and seconds that each of them takes."""
     begun, distances = time.perf_counter(), []
     for i, j in grid.picked(count, len(found.values)):

@@ -10,10 +10,11 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER
+from slipfold.computations.thresholds import check_thresholds
 from slipfold.models.registry import model_named
 from slipfold.results.checks import curves as choice
 from slipfold.results.checks.checked import CHECKS, Check, Checked
-from slipfold.results.checks.curves import Candidate, check_some, check_thresholds, check_together
+from slipfold.results.checks.curves import Candidate, check_some, check_together
 
 GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)
 FAIR = Check("end of branch 1 at Nd = 0.376 N", "collocation", 3.1e-10, 1e-8)

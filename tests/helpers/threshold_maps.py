@@ -12,7 +12,7 @@ REASON = "the normal force fell; keep Nd < Ns"
 
 def made_map(**changes):
     """A map of three speeds (not in order) and two directions."""
-    kinds = np.array(changes.get("kinds", KINDS))
+    kinds = np.array(KINDS)
     gaps = np.where(kinds == "", 0.0, np.nan)
     states = np.arange(24.0).reshape(3, 2, 4) / 7 + gaps[..., None]
     values = {
@@ -30,4 +30,4 @@ def made_map(**changes):
         "followed": np.array([[True, False], [True, True], [False, False]]),
         "provenance": Provenance("1", "2", "3", "4", "2026-01-01T00:00:00+00:00", 0.1),
     }
-    return ThresholdMap(**(values | changes | {"kinds": kinds}))
+    return ThresholdMap(**(values | changes))

@@ -7,9 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from helpers.textbook_models import Duffing, Mathieu, Torus
-from slipfold import InputError, Settings, SlidingOscillator
+from slipfold import InputError, Settings, SlidingOscillator, threshold_map
 from slipfold.bifurcations.branches.response import trace_response
-from slipfold.parameter_space.threshold_map import find_threshold_map
 
 ALONE = Settings(largest_period=1)
 
@@ -27,7 +26,7 @@ PUBLISHED = [
 
 def sliding_map(speeds, angles, span=(0, 0.9), **values):
     over = {"Vd": speeds, "alpha": angles}
-    return find_threshold_map(SlidingOscillator(**values), "Nd", over=over, span=span)
+    return threshold_map(SlidingOscillator(**values), "Nd", over=over, span=span)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +84,7 @@ def test_directions_mirrored_in_the_vertical_are_equal():
 
 def test_a_mathieu_equation_loses_stability_where_its_own_multiplier_says():
     over = {"w": np.linspace(1.8, 2.2, 9), "z": np.linspace(0.005, 0.05, 8)}
-    found = find_threshold_map(Mathieu(), "h", over=over, span=(0, 1))
+    found = threshold_map(Mathieu(), "h", over=over, span=(0, 1))
     assert found.failures == {}
     for i, j in [(1, 1), (3, 6), (4, 2), (7, 3)]:
         w, z, h = over["w"][i], over["z"][j], found.values[i, j]
@@ -128,7 +127,7 @@ def test_thresholds_beyond_the_span_are_named():
 
 def test_limits_of_the_model_are_named():
     over = {"f": [8.8, 9.0], "Vd": [0.9, 1.0, 1.1]}
-    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 1.5))
+    found = threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 1.5))
     assert found.failures == {"limit: lost contact": 6}
     assert "lost contact" in found.reasons[0, 0]
     assert "Nd = 1;" in found.reasons[0, 0] or "Nd = 0.99" in found.reasons[0, 0]
@@ -136,19 +135,17 @@ def test_limits_of_the_model_are_named():
 
 def test_other_bifurcations_are_named():
     over = {"w": [1.3, 1.35], "d": [0.05, 0.06]}
-    found = find_threshold_map(Duffing(), "a", over=over, span=(0, 2))
+    found = threshold_map(Duffing(), "a", over=over, span=(0, 2))
     assert found.failures == {"LP comes first": 4}
     point, _ = first_of(Duffing(w=1.35, d=0.06), "a", (0, 2))
     assert f"a = {point.value:.9g}" in found.reasons[1, 1]
     over = {"v": [1.0, 1.1], "n": [1.0]}
-    found = find_threshold_map(Torus(), "m", over=over, span=(-0.5, 0.5))
+    found = threshold_map(Torus(), "m", over=over, span=(-0.5, 0.5))
     assert found.failures == {"NS comes first": 2}
 
 
 def test_an_unstable_start_is_named():
-    found = find_threshold_map(
-        Torus(), "v", over={"m": [-0.1, 0.1], "n": [1.0, 2.0]}, span=(0.8, 1.2)
-    )
+    found = threshold_map(Torus(), "v", over={"m": [-0.1, 0.1], "n": [1.0, 2.0]}, span=(0.8, 1.2))
     assert found.kinds[1].tolist() == ["unstable at the start of the span"] * 2
     assert found.kinds[0].tolist() == ["no PD in the span"] * 2
 
@@ -162,7 +159,7 @@ def test_an_interrupted_map_says_what_is_missing():
             raise KeyboardInterrupt
 
     over = {"Vd": SPEEDS, "alpha": ANGLES}
-    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9), observer=watch)
+    found = threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9), on_progress=watch)
     done = [progress.done for progress in seen]
     assert done == sorted(done)
     assert found.interrupted
@@ -183,19 +180,26 @@ GOOD = {"Vd": [0.5, 0.6], "alpha": [1.0, 1.1]}
         ({"over": {"Vd": [0.5], "alfa": [1.0]}}, "did you mean alpha"),
         ({"over": {"Vd": [0.5], "Nd": [0.1]}}, "Nd is the threshold that is sought"),
         ({"over": {"Vd": [0.5]}}, "does not name two parameters"),
+        ({"over": [0.5, 0.6]}, "does not name two parameters"),
+        ({"over": {"Vd": ["5mm"], "alpha": [1.0]}}, "Vd = '5mm' has the unit 'mm'"),
         ({"over": {**GOOD, "f": [12.0]}}, "does not name two parameters"),
         ({"over": {"Vd": [0.5, -1.0], "alpha": [1.0]}}, "Vd = -1 is outside its bounds"),
         ({"over": {"Vd": [0.5, math.nan], "alpha": [1.0]}}, "not a finite number"),
-        ({"over": {"Vd": [[0.5, 0.6]], "alpha": [1.0]}}, r"have the shape \(1, 2\)"),
+        ({"over": {"Vd": np.ones((1, 2)), "alpha": [1.0]}}, r"have the shape \(1, 2\)"),
         ({"over": {"Vd": 0.5, "alpha": [1.0]}}, r"have the shape \(\)"),
         ({"over": {"Vd": [], "alpha": [1.0]}}, r"have the shape \(0,\)"),
         ({"over": {"Vd": [0.5, 0.6, 0.5], "alpha": [1.0]}}, "Vd = 0.5 occurs twice"),
         ({"span": (0.3, 0.3)}, "is empty; give two different values"),
         ({"span": (-0.1, 0.3)}, "Nd = -0.1 is outside its bounds"),
+        ({"span": ("0", "90deg")}, "Nd = '90deg' has the unit 'deg'"),
+        ({"span": 0.3}, "is not a pair of numbers"),
+        ({"Vd": 0.7}, "Vd is varied, so it cannot be set to 0.7"),
+        ({"Nd": 0.7}, "Nd is varied"),
+        ({"model": "sliding"}, "is not a model"),
         ({"type": "NS"}, "type = 'NS' cannot be mapped; give 'PD'"),
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(changes, message):
     given = {"threshold": "Nd", "type": "PD", "over": GOOD, "span": (0, 0.9), **changes}
     with pytest.raises(InputError, match=message):
-        find_threshold_map(SlidingOscillator(), **given)
+        threshold_map(given.pop("model", SlidingOscillator()), **given)

@@ -1,34 +1,21 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from slipfold import SlidingOscillator
-from slipfold.parameter_space.threshold_map import GridThresholds
+from helpers.threshold_maps import made_map
 from slipfold.plots import draw_threshold_map
 from slipfold.plots.maps import HATCHES
 
 SPEEDS, ANGLES = np.linspace(0.4, 1.0, 7), np.radians(np.linspace(30, 75, 6))
 
 
-def made_map(kinds=None, *, speeds=SPEEDS, angles=ANGLES, threshold="Nd", values=None):
-    shape = len(speeds), len(angles)
-    kinds = np.full(shape, "") if kinds is None else kinds
-    plane = 0.1 * speeds[:, None] + 0.2 * angles if values is None else values
-    nothing = np.full((*shape, 4), np.nan)
-    return GridThresholds(
-        SlidingOscillator(),
-        threshold,
-        "PD",
-        {"Vd": speeds, "alpha": angles},
-        (0.0, 0.9),
-        np.where(kinds == "", plane, np.nan),
-        nothing,
-        nothing.astype(complex),
-        np.zeros(shape),
-        kinds,
-        kinds.astype(object),
-        np.zeros(shape, bool),
-    )
+def drawn_map(kinds=None, values=None, **changes):
+    kinds = np.full((7, 6), "") if kinds is None else kinds
+    plane = 0.1 * SPEEDS[:, None] + 0.2 * ANGLES if values is None else values
+    over = {"Vd": SPEEDS, "alpha": ANGLES}
+    return made_map(over=over, values=np.where(kinds == "", plane, np.nan), kinds=kinds, **changes)
 
 
 def failed_map():
@@ -36,7 +23,7 @@ def failed_map():
     kinds[:2, :2] = "limit: lost contact"
     kinds[6, 3:] = "no PD in the span"
     kinds[3, 3] = "interrupted"
-    return made_map(kinds)
+    return drawn_map(kinds)
 
 
 def bar(ax):
@@ -60,7 +47,7 @@ def written(ax):
 
 
 def test_axes_have_symbols_units_and_the_grid(ax):
-    assert draw_threshold_map(made_map(), ax) is ax
+    assert draw_threshold_map(drawn_map(), ax) is ax
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$V_d$ (m/s)", r"$\alpha$ (°)")
     assert bar(ax).get_ylabel() == "$N_d$ (N) at the first PD"
     assert (ax.get_xlim(), ax.get_ylim()) == ((0.4, 1.0), (ANGLES[0], ANGLES[-1]))
@@ -68,7 +55,7 @@ def test_axes_have_symbols_units_and_the_grid(ax):
 
 
 def test_every_point_colors_its_neighborhood(ax):
-    found = made_map()
+    found = drawn_map()
     draw_threshold_map(found, ax)
     assert mesh(ax).get_array().tolist() == found.values.T.tolist()
     edges = np.asarray(mesh(ax).get_coordinates())[0, :, 0]
@@ -77,7 +64,7 @@ def test_every_point_colors_its_neighborhood(ax):
 
 
 def test_contour_lines_lie_at_the_ticks_of_the_color_bar(ax):
-    found = made_map()
+    found = drawn_map()
     draw_threshold_map(found, ax)
     levels = lines(ax).levels
     assert len(levels) > 2
@@ -122,7 +109,7 @@ def test_the_legend_explains_the_hatches(ax):
 
 
 def test_a_map_without_any_threshold(ax):
-    draw_threshold_map(made_map(np.full((7, 6), "no PD in the span")), ax)
+    draw_threshold_map(drawn_map(np.full((7, 6), "no PD in the span")), ax)
     assert ax.get_figure().axes == [ax]
     assert len(ax.patches) == 1
     assert not ax.collections
@@ -130,14 +117,11 @@ def test_a_map_without_any_threshold(ax):
 
 def test_thresholds_that_are_angles_are_shown_in_degrees(ax):
     degrees = 20 + 60 * np.arange(42).reshape(7, 6) / 41
-    found = made_map(threshold="mu", values=degrees)
+    found = drawn_map(threshold="mu", values=degrees)
     assert draw_threshold_map(found, ax).get_xlabel() == "$V_d$ (m/s)"
     assert bar(ax).get_ylabel() == r"$\mu$ at the first PD"
     over = {"Vd": SPEEDS, "f": np.linspace(12, 13, 6)}
-    values = {name: getattr(found, name) for name in found.__dataclass_fields__}
-    angles = GridThresholds(
-        **{**values, "threshold": "alpha", "over": over, "values": np.radians(degrees)}
-    )
+    angles = replace(found, threshold="alpha", over=over, values=np.radians(degrees))
     other = Figure(layout="constrained").add_subplot()
     draw_threshold_map(angles, other)
     assert bar(other).get_ylabel() == r"$\alpha$ (°) at the first PD"

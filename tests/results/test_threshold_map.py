@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
 from helpers.threshold_maps import KINDS, REASON, made_map
-from slipfold import InputError, SlidingOscillator, ThresholdMap, load, threshold_map
+from slipfold import SlidingOscillator, ThresholdMap, load
 
 
 def assert_same(one, other):
@@ -62,30 +62,6 @@ def test_text_with_units_is_understood(computed):
     assert computed.span == (0.0, 0.05)
     assert computed.values[1, 0] == pytest.approx(0.043578911491, abs=1e-11)
     assert computed.provenance.seconds > 0
-
-
-GOOD = {"Vd": [0.5, 0.6], "alpha": [1.0, 1.1]}
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"over": [0.5, 0.6]}, "does not give values by name"),
-        ({"over": {"Vd": ["5mm"], "alpha": [1.0]}}, "Vd = '5mm' has the unit 'mm'"),
-        ({"over": {"Vd": [0.5]}}, "does not name two parameters"),
-        ({"over": {"Vd": [0.5], "alfa": [1.0]}}, "did you mean alpha"),
-        ({"span": ("0", "90deg")}, "Nd = '90deg' has the unit 'deg'"),
-        ({"span": 0.3}, "is not a pair of numbers"),
-        ({"type": "NS"}, "type = 'NS' cannot be mapped"),
-        ({"Vd": 0.7}, "Vd is varied, so it cannot be set to 0.7"),
-        ({"Nd": 0.7}, "Nd is varied"),
-        ({"model": "sliding"}, "is not a model"),
-    ],
-)
-def test_bad_input_is_refused(changes, message):
-    given = {"threshold": "Nd", "over": GOOD, "span": (0, 0.9), **changes}
-    with pytest.raises(InputError, match=message):
-        threshold_map(given.pop("model", SlidingOscillator()), **given)
 
 
 # -- summary, JSON, spreadsheet ----------------------------------------------------------------

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -21,16 +22,22 @@ from slipfold.computations.arguments import (
 )
 from slipfold.declarations import documented
 from slipfold.errors import InputError, index_of
+from slipfold.flow.flow import flow_of
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval, parse_quantity
+from slipfold.orbits.meshes import INTERVALS
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
+from slipfold.text import place_text
 
 if TYPE_CHECKING:
     from slipfold.parameter_space.distributions import Distribution
     from slipfold.parameter_space.optimum import Choice
+    from slipfold.results.checks.checked import Checked
+    from slipfold.results.checks.curves import Candidate
     from slipfold.results.thresholds import Design, ThresholdMap
     from slipfold.results.uncertainty import ThresholdUncertainty
 
@@ -69,33 +76,90 @@ def threshold_map(
     ([nan, 0.04357891, 0.03429776], {'no PD in the span': 1})
     """
     from slipfold.parameter_space.threshold_map import find_threshold_map
-    from slipfold.results.checks.curves import check_thresholds
     from slipfold.results.thresholds import ThresholdMap
 
-    model = checked_model(model)
-    if not isinstance(over, Mapping):
+    changed, grid = _checked_grid(checked_model(model), threshold, over, parameters)
+    if type != "PD":
         raise InputError(
-            f"over = {over!r} does not give values by name; give e.g. "
-            f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
+            f"type = {type!r} cannot be mapped; give 'PD', or follow the bifurcation as a locus"
+        )
+    ends, started = interval(changed.variable_parameter(threshold), span), perf_counter()
+    measured, arrays = find_threshold_map(changed, threshold, grid, ends, on_progress)
+    origin = provenance(perf_counter() - started)
+    found = ThresholdMap(measured, threshold, type, grid, ends, **arrays, provenance=origin)
+    checked = check_thresholds(found)
+    return replace(found, checked=checked, provenance=provenance(perf_counter() - started))
+
+
+def _checked_grid(
+    model: Model, threshold: str, over: Any, parameters: Mapping[str, Any]
+) -> tuple[Model, Mapping[str, Array]]:
+    """Return the model with its parameters and the values of two others that span a grid."""
+    axes = [parameter.name for parameter in model.parameters[:2]]
+    example = f"give their values by name, e.g. {{{axes[0]!r}: [...], {axes[-1]!r}: [...]}}"
+    if not isinstance(over, Mapping) or len(over) != 2:
+        raise InputError(f"over = {over!r} does not name two parameters; {example}")
+    if threshold in over:
+        raise InputError(
+            f"{threshold} is the threshold that is sought, so it cannot span the grid as well; "
+            "give another parameter in over"
         )
     refuse_varied((threshold, *over), parameters, "over or in the span")
     changed = model.replace(**parameters)
     check_followed(changed)
-    started = perf_counter()
-    result = find_threshold_map(
-        changed,
-        threshold,
-        type,
-        over={
-            name: parse_values(model.variable_parameter(name), values)
-            for name, values in over.items()
-        },
-        span=interval(model.variable_parameter(threshold), span),
-        observer=on_progress,
-    )
-    checked = check_thresholds(result)
-    origin = provenance(perf_counter() - started)
-    return ThresholdMap(**vars(result), provenance=origin, checked=checked)
+    return changed, {name: _axis_values(changed, name, values) for name, values in over.items()}
+
+
+def _axis_values(model: Model, name: str, values: Any) -> Array:
+    parameter = model.variable_parameter(name)
+    checked = np.array(parse_values(parameter, values), dtype=float)
+    if checked.ndim != 1 or not checked.size:
+        raise InputError(
+            f"the values of {name} have the shape {checked.shape}; give a list of one or more"
+        )
+    for value in checked:
+        parameter.check(value)
+    ordered = np.sort(checked)
+    repeated = ordered[1:][np.diff(ordered) == 0]
+    if len(repeated):
+        raise InputError(f"{name} = {repeated[0]:g} occurs twice in over; give each value once")
+    return checked
+
+
+def check_thresholds(found: ThresholdMap) -> Checked:
+    """Check the orbits at some thresholds and that one of their multipliers is -1 there.
+
+    The highest threshold and the lowest come first, then those between. Nothing is checked of an
+    interrupted map.
+    """
+    from slipfold.results.checks.checked import CHECKS, Checked
+    from slipfold.results.checks.curves import check_some
+
+    if found.interrupted:
+        return Checked((), interrupted=True)
+    followed = int(found.followed.sum())
+    points = CHECKS.threshold * (found.values.size - followed) + CHECKS.followed * followed
+    return check_some(_candidates(found), max(points, CHECKS.map))
+
+
+def _candidates(found: ThresholdMap) -> Iterator[Candidate]:
+    from slipfold.results.checks.curves import Candidate, spread
+
+    known = np.argwhere(np.isfinite(found.values))
+    ordered = known[np.argsort(found.values[tuple(known.T)], kind="stable")]
+    for place in spread(len(ordered)) if len(ordered) else ():
+        first, second = ordered[place].tolist()
+        model = found.model_at(first, second)
+        names = (found.threshold, *found.axes)
+        at = place_text(model, names, [model.values[name] for name in names])
+        # The critical multiplier is what it is said to be; the orbit may be one of a mesh.
+        flow = flow_of(model)
+        start, one_period = found.states[first, second][None], (np.zeros(1), np.ones(1))
+        nodes = flow.sample(start, *one_period, INTERVALS, flow.constants_of(model))[0]
+        multipliers = found.multipliers[first, second].copy()
+        multipliers[np.argmin(np.abs(multipliers + 1))] = -1
+        orbit = PeriodicOrbit(model, 1, nodes, multipliers, float(found.residuals[first, second]))
+        yield Candidate(f"{found.type} at {at}", orbit, resting=False)
 
 
 @documented

@@ -21,7 +21,7 @@ from slipfold.errors import InputError, unknown
 from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.quantities import Parameter
-from slipfold.parameter_space.threshold_map import INTERRUPTED, GridThresholds
+from slipfold.parameter_space.threshold_map import INTERRUPTED
 from slipfold.plots.loci import draw_loci, legend_options
 from slipfold.plots.regions import COLORS, OTHERS, grouped
 from slipfold.plots.style import (
@@ -37,6 +37,7 @@ from slipfold.plots.style import (
 from slipfold.results.attractors import PHASE, Basins, in_words
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.study import StudyResult
+from slipfold.results.thresholds import ThresholdMap
 from slipfold.results.trajectories import RegimeMap
 from slipfold.studies.plan import Grid
 from slipfold.studies.works import CaseField
@@ -82,9 +83,7 @@ PANEL = (3.2, 2.6)
 """Inches that one of many panels gets."""
 
 
-def draw_threshold_map(
-    found: GridThresholds, ax: Axes | None = None, *, legend: bool = True
-) -> Axes:
+def draw_threshold_map(found: ThresholdMap, ax: Axes | None = None, *, legend: bool = True) -> Axes:
     """Draw thresholds as colors over the plane of the grid's parameters.
 
     Each point of the grid colors the part of the plane that is nearest to it. Contour lines are

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.models.model import Model
-from slipfold.parameter_space.threshold_map import GridThresholds
+from slipfold.parameter_space.threshold_map import INTERRUPTED
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import without_defaults
 from slipfold.results.fields import TEXT, Entry, Labels
@@ -23,7 +25,7 @@ GRID = "{axes[0]} {axes[1]}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ThresholdMap(GridThresholds, Result):
+class ThresholdMap(Result):
     """Where the response of period 1 first loses its stability, over two parameters; frozen.
 
     Made by `slipfold.threshold_map` and `slipfold.load`. Every array has the grid's two axes first.
@@ -44,29 +46,84 @@ class ThresholdMap(GridThresholds, Result):
         "reasons",
     )  # fmt: skip
     gap = "\n\n"
-    arrays = MappingProxyType({
-        "over": Labels(),
-        "values": Entry(GRID, "{threshold}", "{threshold}", name="{threshold}",
-                        doc="Thresholds in the unit of the parameter",
-                        more="NaN where there is none"),
-        "states": Entry(f"{GRID} state", "state at phase zero", head=""),
-        "multipliers": Entry(f"{GRID} multiplier", "Floquet multipliers", head="multiplier"),
-        "residuals": Entry(GRID, "how far the orbit fails to close, in scaled states",
-                           name="residual"),
-        "kinds": Entry(GRID, "why there is no threshold, in a few words", name="kind",
-                       head="no threshold"),
-        "reasons": Entry(GRID, "why there is no threshold", name="reason"),
-        "followed": Entry(GRID, "whether the whole response was followed here",
-                          more="elsewhere the threshold was corrected from a guess, and the "
-                          "response below it checked at four places"),
-    })  # fmt: skip
 
     model: Model
     threshold: Annotated[str, "Name of the parameter that is raised until stability is lost."]
     type: Annotated[str, '``"PD"``: the bifurcation by which it is lost.']
+    over: Annotated[Mapping[str, Array], Labels()]
     span: tuple[float, float]
+    values: Annotated[
+        Array,
+        Entry(GRID, "{threshold}", "{threshold}", name="{threshold}",
+              doc="Thresholds in the unit of the parameter", more="NaN where there is none"),
+    ]  # fmt: skip
+    states: Annotated[Array, Entry(f"{GRID} state", "state at phase zero", head="")]
+    multipliers: Annotated[
+        NDArray[np.complex128],
+        Entry(f"{GRID} multiplier", "Floquet multipliers", head="multiplier"),
+    ]
+    residuals: Annotated[
+        Array, Entry(GRID, "how far the orbit fails to close, in scaled states", name="residual")
+    ]
+    kinds: Annotated[
+        NDArray[np.str_],
+        Entry(GRID, "why there is no threshold, in a few words", name="kind",
+              head="no threshold"),
+    ]  # fmt: skip
+    reasons: Annotated[NDArray[np.object_], Entry(GRID, "why there is no threshold", name="reason")]
+    followed: Annotated[
+        NDArray[np.bool_],
+        Entry(GRID, "whether the whole response was followed here",
+              more="elsewhere the threshold was corrected from a guess, and the response below it "
+              "checked at four places"),
+    ]  # fmt: skip
     provenance: Provenance
     checked: Checked | None = None
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """Names of the grid's two parameters."""
+        first, second = self.over
+        return first, second
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """How many points have no threshold, by the reason in a few words, most frequent first."""
+        counts = Counter(kind for kind in self.kinds.ravel().tolist() if kind)
+        return dict(counts.most_common())
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted, so that points were not reached."""
+        return INTERRUPTED in self.failures
+
+    def model_at(self, first: int, second: int) -> Model:
+        """Return the model of one point of the grid, at its threshold if it has one.
+
+        Parameters
+        ----------
+        first, second
+            Indices along the two axes.
+
+        Raises
+        ------
+        InputError
+            If the parameters of this point contradict each other.
+        """
+        (one, ones), (other, others) = self.over.items()
+        value = float(self.values[first, second])
+        at = {
+            one: float(ones[first]),
+            other: float(others[second]),
+            self.threshold: self.span[0] if np.isnan(value) else value,
+        }
+        return self.model.replace(**at)
+
+    def _line(self) -> str:
+        rows, columns = self.values.shape
+        found = int(np.isfinite(self.values).sum())
+        missing = "".join(f", {count} {kind}" for kind, count in self.failures.items())
+        return f"{super()._line()}: {rows} x {columns} points, {found} thresholds{missing}"
 
     def _interval(self, name: str, low: float, high: float) -> str:
         return with_unit(f"{name} from {low:g} to {high:g}", self.model.parameter(name).unit)

@@ -17,12 +17,10 @@ from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.progress import branch_progress
 from slipfold.bifurcations.branches.solution_curve import OrbitSeries, names_of
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.modes import CONTACT, MET, contacts_of
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.check import rests
-from slipfold.orbits.meshes import INTERVALS
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import CHECKS, Check, Checked
@@ -38,7 +36,6 @@ from slipfold.text import place_text
 
 if TYPE_CHECKING:
     from slipfold.bifurcations.loci.locus import Locus
-    from slipfold.parameter_space.threshold_map import GridThresholds
 
 ENDS = ((-1, "end"), (0, "beginning"))
 """Indices and names of the ends of a curve."""
@@ -128,19 +125,6 @@ def _check_curves(
 def _points(curves: Sequence[OrbitSeries]) -> float:
     """Return the work for curves, in points of period 1."""
     return float(sum(len(curve) * curve.period for curve in curves))
-
-
-def check_thresholds(found: GridThresholds) -> Checked:
-    """Check the orbits at some thresholds and that one of their multipliers is -1 there.
-
-    The highest threshold and the lowest come first, then those between. Nothing is checked of an
-    interrupted map.
-    """
-    if found.interrupted:
-        return Checked((), interrupted=True)
-    followed = int(found.followed.sum())
-    points = CHECKS.threshold * (found.values.size - followed) + CHECKS.followed * followed
-    return check_some(_thresholds(found), max(points, CHECKS.map))
 
 
 def check_some(
@@ -320,21 +304,3 @@ def _holds_more(orbit: PeriodicOrbit) -> bool:
 
 def _at(curve: OrbitSeries, values: Any) -> str:
     return place_text(curve.model, names_of(curve.vary), np.atleast_1d(values).tolist())
-
-
-def _thresholds(found: GridThresholds) -> Iterator[Candidate]:
-    known = np.argwhere(np.isfinite(found.values))
-    ordered = known[np.argsort(found.values[tuple(known.T)], kind="stable")]
-    for place in spread(len(ordered)) if len(ordered) else ():
-        first, second = ordered[place].tolist()
-        model = found.model_at(first, second)
-        names = (found.threshold, *found.axes)
-        at = place_text(model, names, [model.values[name] for name in names])
-        # The critical multiplier is what it is said to be; the orbit may be one of a mesh.
-        flow = flow_of(model)
-        start, one_period = found.states[first, second][None], (np.zeros(1), np.ones(1))
-        nodes = flow.sample(start, *one_period, INTERVALS, flow.constants_of(model))[0]
-        multipliers = found.multipliers[first, second].copy()
-        multipliers[np.argmin(np.abs(multipliers + 1))] = -1
-        orbit = PeriodicOrbit(model, 1, nodes, multipliers, float(found.residuals[first, second]))
-        yield Candidate(f"{found.type} at {at}", orbit, resting=False)
