@@ -412,7 +412,7 @@ Quantities = Annotated[
         'Measured quantities, e.g. ``"max y"``: max, min, peak_to_peak or modulus of an output; of '
         "a solution that does not become steady over its last 256 periods.",
         "texts",
-        "MEASURE OUTPUT",
+        '"MEASURE OUTPUT"',
         flags=("--quantity",),
     ),
 ]

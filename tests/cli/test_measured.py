@@ -89,6 +89,7 @@ def test_a_plan_says_which_readings_tell_most():
         (["fit", "duffing", "DATA", "--fit", "d=0:1", "--fit", "d=0:1"], "--fit gives d twice"),
         (["fit", "duffing", "DATA", "--fit", "W=0.5:2"], "W was varied in the measurement"),
         (["measure", "duffing", "--vary", "W=1:2", "--quantity", "q"], "what is measured"),
+        (["measure", "duffing", "--vary", "W=1:2", "--quantity", "max", "q"], "spaces in quotes"),
         (["plan", "duffing", "--vary", "W=1:2", "--quantity", "max q", "--fit", "d"], "'--error'"),
     ],
 )  # fmt: skip

@@ -288,6 +288,12 @@ def test_command():
     assert result.exit_code == 0
     assert "distribution of PD of sliding at Nd = 0.0435789 N, 8 samples" in result.stdout
     assert "P(threshold > 0.043 N)" in result.stdout
+    folds = run(
+        "uncertainty", "duffing", "--vary", "W=0.5:2", "--type", "LP",
+        "--distribution", "d=normal:1%", "--samples", "2",
+    )  # fmt: skip
+    # The fold at 1.1157 is nearer to the beginning of the span, and comes later.
+    assert "distribution of LP of duffing at W = 1.2696" in folds.stdout
     wrong = run("uncertainty", "sliding", "--vary", "Nd=0:0.02", "--distribution", "mu=normal:5%")
     assert wrong.exit_code == 2
     assert (

@@ -193,7 +193,8 @@ def _fail(sentence: str) -> int:
 
 def _usage_sentence(error: Any, command: str) -> str:
     message = " ".join(error.format_message().split()).rstrip(".?")
-    return f"{message}; see {command} --help"
+    hint = "put a text with spaces in quotes, or " if "unexpected extra" in message else ""
+    return f"{message}; {hint}see {command} --help"
 
 
 app = typer.Typer(

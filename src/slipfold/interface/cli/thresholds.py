@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from slipfold.progress import Observer
 
 TYPE, PERIOD = optional(
-    type=Option("Type of the special point; by default the first.", metavar="TYPE"),
+    type=Option(
+        "Type of the special point, of several the first along the branches; by default any.",
+        metavar="TYPE",
+    ),
     period=Option("Period of its orbit in forcing periods.", "whole", "K"),
 )
 
@@ -67,8 +70,7 @@ def _points(
 
     def first(type_: str | None, period: int | None) -> SpecialPoint:
         types, periods = type_ and [type_.upper()], [period] if period else None
-        points = select_points(diagram, "the response", types, periods)
-        return min(points, key=lambda point: abs(point.value - diagram.span[0]))
+        return select_points(diagram, "the response", types, periods)[0]
 
     points = {name: first(*each) for name, each in requested.items()}
     kept = {name: (points[name], bound) for name, bound in bounds.items()}
