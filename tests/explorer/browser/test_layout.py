@@ -1,9 +1,13 @@
 """Nothing moves where a reader looks, points or types: what is aimed at is what is hit."""
 
+import re
+from urllib.parse import urlencode
+
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_page import CONTROLS, DIAGRAM, PLACES, ExplorerPage, places
+from helpers.dry_friction import FORCED_SLIDER
+from helpers.explorer_page import CONTROLS, DIAGRAM, ORBIT, PLACES, ExplorerPage, places
 
 FOCUS = f"""
 (selector) => {{
@@ -176,3 +180,52 @@ def test_a_presentation_has_large_type_and_no_controls(still):
     still.box("Nd").press("Escape")
     expect(page.locator(".masthead .tools")).to_be_visible()
     expect(page.get_by_role("button", name="Present")).to_be_focused()
+
+
+MOVED = """
+() => {
+  const boxes = new Map();
+  window.moved = [];
+  const look = () => {
+    for (const node of document.querySelectorAll("main :is(.plot, .small-plot, .stage)")) {
+      const before = boxes.get(node);
+      boxes.delete(node);
+      if (!node.checkVisibility({ visibilityProperty: true })) continue;
+      const { x, y, width, height } = node.getBoundingClientRect();
+      const box = [x + scrollX, y + scrollY, width, height].map(Math.round).join();
+      boxes.set(node, box);
+      if (before && before !== box) moved.push([node.parentNode.id || node.className, before, box]);
+    }
+    requestAnimationFrame(look);
+  };
+  look();
+}
+"""
+"""Note at each frame which plots are no longer where they were."""
+
+
+def test_no_plot_moves_while_the_page_computes(own_tab):
+    page, verdict = own_tab.page, own_tab.page.locator(".verdict")
+    page.set_viewport_size({"width": 1366, "height": 768})
+    page.add_init_script(f"addEventListener('DOMContentLoaded', {MOVED})")
+    link = {"model": "own slider", "text": FORCED_SLIDER, "vary": "F", "span": "0.5~0.7"}
+    own_tab.open(urlencode({**link, "plane": "W~1.3~1.5~F~0.5~0.7"}, safe="~"), plane=True)
+
+    def press(name):
+        page.get_by_role("button", name=name, exact=True).click()
+
+    page.wait_for_selector(f"{ORBIT}[data-drawn][aria-busy=false]")
+    press("From rest")
+    page.wait_for_selector(".contacts[data-drawn]")
+    page.wait_for_selector(".motion[data-drawn]:not(.former-motion)")
+    press("Torus or chaos?")
+    press("Compute the basins")
+    page.wait_for_selector(".basins-plot[data-points]")
+    expect(page.locator(".exponents strong")).to_be_visible()
+    for again in ("Go on", "From this orbit", "Sweep up and down"):
+        press(again)
+        expect(page.locator(".former-motion")).to_have_count(0)
+        expect(verdict).to_have_text(re.compile("^Settled"))
+    page.wait_for_selector(".sweep-control:not([data-state=none])")
+    assert page.locator("main :is(.plot, .small-plot, .stage):visible").count() > 15
+    assert page.evaluate("moved") == []

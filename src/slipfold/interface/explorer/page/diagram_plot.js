@@ -212,7 +212,10 @@ export class DiagramPlot {
     const drawn = [diagram, ...this.#session.pins.values()];
     const lines = drawn.flatMap(({ branches }) => branches.map(({ x, y }) => x.map((value, i) => at(value, y[i]))));
     const pinned = drawn.slice(1).flatMap((answer) => marksOf(answer).map((mark) => at(mark.x, mark.y)));
-    return labelPlaces(texts, lines, map.frame, pinned);
+    const { parameters, vary } = this.#session.view;
+    const [x] = at(parameters[vary], 0); // the working point's line, on which simulations are drawn
+    const line = [[x, map.frame.top], [x, map.frame.top + map.frame.height]];
+    return labelPlaces(texts, [...lines, line], map.frame, pinned);
   }
 
   /** What the axes show: the zoom, or everything; while a slider moves they only grow. */

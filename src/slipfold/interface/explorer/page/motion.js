@@ -157,6 +157,7 @@ export class MotionPanel {
   #asked = "";
   #picked = {};
   #sound;
+  #pictures = element("div", { class: "smalls" }, ...Object.values(VIEWS).map(({ plot }) => plot.node));
   #choices = {
     view: new Choice("View", (view) => this.#turn({ view })),
     across: new Choice("of output", (across) => this.#turn({ across })),
@@ -171,7 +172,7 @@ export class MotionPanel {
     this.#sound = new SoundControl(session, simulation);
     this.node = element("div", { class: "motion", role: "group", "aria-label": "Views of the motion" },
       element("div", { class: "sentence" }, ...Object.values(this.#choices).map(({ node }) => node)),
-      this.#sound.node, element("div", { class: "smalls" }, ...Object.values(VIEWS).map(({ plot }) => plot.node)));
+      this.#sound.node, this.#pictures);
     simulation.changed.subscribe(() => this.#follow());
     session.store.changed.subscribe(({ view, before }) => {
       if (view.model !== before.model) this.#begin();
@@ -183,7 +184,7 @@ export class MotionPanel {
   /** All drawings that are seen, for a file. */
   get figures() {
     if (this.node.hidden) return [];
-    return Object.values(VIEWS).filter(({ plot }) => !plot.node.hidden).map(({ plot }) => plot.figure);
+    return this.#motion ? Object.values(VIEWS).filter(({ plot }) => !plot.node.hidden).map(({ plot }) => plot.figure) : [];
   }
 
   #begin() {
@@ -216,7 +217,9 @@ export class MotionPanel {
   /** Ask for views of a simulation that has ended, once for each choice. */
   #follow() {
     const { isRunning, ends: { length: count } } = this.#simulation.state;
-    this.node.hidden = count === 0;
+    // While another motion is computed the one before keeps its place.
+    this.node.hidden = count === 0 && !(isRunning && this.#motion);
+    this.node.classList.toggle("former-motion", isRunning);
     if (count === 0 || isRunning) {
       this.#asked = "";
       return;
@@ -235,15 +238,18 @@ export class MotionPanel {
     if (!answer.done) return;
     this.#motion = answer.empty ? null : answer;
     this.#draw();
+    this.#pictures.hidden = Boolean(answer.empty);
     this.node.dataset.drawn = this.#asked;
   }
 
   #draw() {
     this.#showChoices();
     const { view, scale } = this.#picked;
+    this.#pictures.hidden = false;
+    this.#pictures.classList.toggle("absent", this.#motion === null); // their place is kept
     for (const [name, { plot, draw }] of Object.entries(VIEWS)) {
-      plot.node.hidden = this.#motion === null || (view !== ALL && view !== name);
-      if (plot.node.hidden) continue;
+      plot.node.hidden = view !== ALL && view !== name;
+      if (plot.node.hidden || !this.#motion) continue;
       const { forced: isForced } = this.#session.model;
       const [across, up] = [this.#quantity("across"), this.#quantity("up")];
       draw(plot, { motion: this.#motion, across, up, scale, isForced });

@@ -279,8 +279,10 @@ const POSITIONS = [
   "bottom right", "bottom left", "bottom center",
 ];
 const HEIGHT = 14;
-const WIDTH = 6.7;
+const SIZE = 12;
 const GAP = 8;
+
+const pen = document.createElement("canvas").getContext("2d");
 
 /** Pixels within which markers lie on each other: they share a text. */
 const CLOSE = 9;
@@ -294,9 +296,16 @@ const HIDDEN = 0.05;
 /** Points of a line under a text above which it is shortened. */
 const SHORTENED = 2;
 
+/** Points of lines under texts above which one of them is left out. */
+const LEFT_OUT = 20;
+
+/** Of more texts than these only their own order is tried. */
+const MOST_ORDERS = 20;
+
 /**
- * Choose a place for each text; the first choose first. Texts of markers that lie on each other
- * become one, e.g. "3 PD", and a text without room is empty.
+ * Choose a place for each text: they choose one after the other, each of them first in turn, and the
+ * best of these orders is kept. Texts of markers that lie on each other become one, e.g. "3 PD", and a
+ * text without room is empty.
  * @param {{text: string, short: string, at: [number, number], of?: string}[]} texts with their places in pixels,
  *   and what they name: what is marked twice counts once
  * @param {[number, number][][]} lines in pixels
@@ -306,20 +315,36 @@ const SHORTENED = 2;
  */
 export function labelPlaces(texts, lines, frame, others = []) {
   const markers = [...texts.map(({ at }) => at), ...others].map((at) => boxAround(at, 10, 10));
-  const labels = [];
   const ink = points(lines);
-  return gathered(texts).map(({ words, at }) => {
-    const places = words.flatMap((text, shortened) => POSITIONS.map((position, i) => {
-      const box = boxAt(position, at, text.length * WIDTH * typeScale());
-      const over = outside(box, frame) + 0.4 * overlap(box, [...markers, ...labels]) + inkUnder(box, ink);
-      return { text, position, box, cost: 0.3 * i + over + SHORTENED * shortened };
-    }));
-    const { text, position, box } = places.reduce((best, next) => (next.cost < best.cost ? next : best));
-    const isHidden = overlap(box, labels) > HIDDEN * text.length * WIDTH * HEIGHT * typeScale() ** 2;
-    const [left, top, right, bottom] = box;
-    if (text && !isHidden) labels.push([left - CLEAR, top, right + CLEAR, bottom]);
-    return { text: isHidden ? "" : text, position };
-  });
+  pen.font = `${SIZE * typeScale()}px system-ui, sans-serif`;
+  const offers = gathered(texts).map(({ words, at }) => words.flatMap((text, shortened) => POSITIONS.map((position, i) => {
+    const box = boxAt(position, at, pen.measureText(text).width);
+    const over = outside(box, frame) + 0.4 * overlap(box, markers) + inkUnder(box, ink);
+    return { text, position, box, cost: 0.3 * i + over + SHORTENED * shortened };
+  })));
+  const named = offers.flatMap(([{ text }], i) => (text ? [i] : []));
+  const orders = named.length > MOST_ORDERS ? [named] : named.map((first) => [first, ...named.filter((i) => i !== first)]);
+  const [{ chosen } = { chosen: [] }] = orders.map((order) => inOrder(offers, order)).sort((a, b) => a.cost - b.cost);
+  return texts.map((_, i) => chosen[i] ?? { text: "", position: POSITIONS[0] });
+}
+
+/** The cheapest place of each text in an order beside those before; none where a text would lie on another. */
+function inOrder(offers, order) {
+  const labels = [];
+  const chosen = [];
+  let cost = 0;
+  for (const i of order) {
+    const best = offers[i].map((offer) => ({ ...offer, cost: offer.cost + 0.4 * overlap(offer.box, labels) }))
+      .reduce((least, next) => (next.cost < least.cost ? next : least));
+    const { text, position, box: [left, top, right, bottom] } = best;
+    cost += best.cost;
+    if (overlap(best.box, labels) > HIDDEN * (right - left) * (bottom - top)) cost += LEFT_OUT;
+    else {
+      labels.push([left - CLEAR, top, right + CLEAR, bottom]);
+      chosen[i] = { text, position };
+    }
+  }
+  return { chosen, cost };
 }
 
 /** What may stand beside each marker, the best first: of markers on each other all names at the first, else the text or the short one. */

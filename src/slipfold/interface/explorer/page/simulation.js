@@ -365,9 +365,7 @@ export class SimulationPanel {
     this.#stop.hidden = !isRunning;
     this.#clear.hidden = isRunning || count === 0;
     this.#verdict.textContent = asSentence(verdict);
-    // Contacts stand below: their place must not move when the motion begins.
-    this.#plot.node.hidden = count === 0 && this.#session.model.contacts.length === 0;
-    this.#plot.node.classList.toggle("absent", count === 0);
+    this.#plot.node.hidden = count === 0 && !isRunning;
     const { show, statistic, vary } = this.#session.view;
     const { max, cycle } = this.#simulation.state;
     const drawn = [max, cycle, show, statistic, vary, Boolean(this.#session.diagram)];

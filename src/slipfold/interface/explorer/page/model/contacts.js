@@ -186,7 +186,11 @@ export class ContactPanel {
       element("div", { class: "stage-column" }, this.#stage, this.#player.node),
       element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node)));
     this.cursor.moved.subscribe((phase) => this.#point(phase));
-    simulation.changed.subscribe(({ contacts, view }) => this.#show(contacts, view));
+    simulation.changed.subscribe(({ contacts, view, isRunning }) => {
+      // While another motion is computed the one before keeps its place.
+      this.node.classList.toggle("former-motion", isRunning);
+      if (contacts || !isRunning) this.#show(contacts, view);
+    });
     this.#show(null, null);
   }
 
