@@ -70,14 +70,14 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
     ("change", "words"),
     [
         ({"vary": "Q"}, "duffing has no parameter 'Q'"),
-        ({"values": []}, "are not a row of numbers"),
-        ({"values": {0.1}}, "are not a row of numbers"),
+        ({"values": []}, "no value of W is given"),
+        ({"values": {0.1}}, "is not a list of numbers"),
         ({"values": [-1.0]}, "W = -1"),
         ({"quantities": []}, "no quantity is measured"),
         ({"quantities": ["q"]}, "does not say what is measured"),
         ({"sweep": "left"}, "is not a direction"),
         ({"errors": -1.0}, "are no standard deviations"),
-        ({"errors": [0.1, 0.2]}, "do not fit the number of quantities, 1; give one"),
+        ({"errors": [0.1, 0.2]}, "do not fit the quantities; give one"),
     ],
 )
 def test_what_cannot_be_measured(change, words):

@@ -228,7 +228,7 @@ def test_deviations_of_correlated_parameters(doubling, tmp_path):
         ({"mu,Vd": 0.5, "Vd,mu": 0.4}, "is given twice"),
         ({"mu,Vd": "nan"}, "finite and symmetric"),
         (np.eye(2), "is not 3 by 3"),
-        ("strong", "give pairs"),
+        ("strong", "or pairs, e.g. "),
     ],
 )
 def test_correlations_that_cannot_be(doubling, correlation, said):

@@ -93,7 +93,7 @@ def test_one_dataset_holds_cases_and_their_special_points(found):
         ({"over": [{"Vd": 0.5}, {"mu": 0.5}]}, "the same parameters in each case"),
         ({"over": [0.5, 0.6]}, "the same parameters in each case"),
         ({"over": {"Vd": 0.5}}, "not a list of numbers"),
-        ({"over": {"Vd": [[0.5]]}}, "not a list of numbers"),
+        ({"over": {"Vd": [[0.5]]}}, "is not a number"),
         ({"over": {"Vd": ["0.5 N"]}}, "'N'"),
         ({"over": {"speed": [0.5]}}, "speed"),
         ({"over": {"Nd": [0.5]}}, "Nd is followed"),

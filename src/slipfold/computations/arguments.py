@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
@@ -69,14 +70,27 @@ def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], where: st
             )
 
 
-def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
-    """Convert text with units; leave other values to be checked where it is used."""
-    if isinstance(values, list | tuple):
-        return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
-    return values
+def parse_values(parameter: Parameter, values: Values) -> Array:
+    """Return values of a parameter, numbers or text with units, shape (m,), or raise."""
+    given = values if isinstance(values, list | tuple) else np.asarray(values).tolist()
+    if not isinstance(given, list | tuple):
+        raise InputError(f"{parameter.name} = {values!r} is not a list of numbers; give one")
+    parsed = [parse_quantity(value, parameter.unit, parameter.name) for value in given]
+    return np.array(parsed, dtype=float)
 
 
-def equidistant(parameter: Parameter, span: Any, count: int) -> NDArray[np.float64]:
+def checked_values(parameter: Parameter, values: Values) -> Array:
+    """Return one or more values of a parameter within its bounds, shape (m,), or raise."""
+    several: Any = [values] if np.isscalar(values) else values
+    result = parse_values(parameter, several)
+    if not result.size:
+        raise InputError(f"no value of {parameter.name} is given; give one or more")
+    for value in result.tolist():
+        parameter.check(value)
+    return result
+
+
+def equidistant(parameter: Parameter, span: Any, count: int) -> Array:
     """Return equidistant values of a parameter, rising, shape (count,), or raise."""
     low, high = sorted(interval(parameter, span))
     return np.linspace(low, high, count)

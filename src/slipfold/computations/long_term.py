@@ -24,8 +24,8 @@ from slipfold.errors import InputError
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
-from slipfold.models.quantities import DURATION
-from slipfold.models.units import pair
+from slipfold.models.quantities import DURATION, Parameter
+from slipfold.models.units import interval
 from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
 
@@ -366,25 +366,12 @@ def _axes(model: Model, plane: Mapping[str, Any], points: tuple[int, int]) -> li
     axes = []
     for (name, ends), count in zip(plane.items(), points, strict=True):
         if name == phase:
-            low, high = _phases(model, ends)
+            checked_forced(model, "its starts have no phase; give states")
+            low, high = interval(Parameter(name, 0.0, "", PHASE.doc, 0, 1), ends, rising=True)
         else:
             low, high = box.low[known.index(name)], box.high[known.index(name)]
         axes.append(np.linspace(low, high, count))
     return axes
-
-
-def _phases(model: Model, given: Any) -> tuple[float, float]:
-    checked_forced(model, "its starts have no phase; give states")
-    sentence = f"the phases {given!r} are not two numbers; give e.g. (0, 1)"
-    try:
-        low, high = map(float, pair(given, sentence))
-    except (TypeError, ValueError):
-        raise InputError(sentence) from None
-    if not 0 <= low < high <= 1:
-        raise InputError(
-            f"the phases from {low:g} to {high:g} do not grow within 0 to 1; give e.g. (0, 1)"
-        )
-    return low, high
 
 
 @documented

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipfold import options
-from slipfold.computations.arguments import Values, checked_forced, checked_model, parse_values
+from slipfold.arrays import as_numbers
+from slipfold.computations.arguments import checked_forced, checked_model, checked_values
 from slipfold.declarations import documented
 from slipfold.errors import InputError, suggest
 from slipfold.models.model import Model
-from slipfold.models.quantities import Parameter
 from slipfold.models.units import interval
 from slipfold.parameter_space.measurement import Measurement, parse_measured
 from slipfold.progress import Observer
@@ -82,33 +82,13 @@ def measure(
     return swept(changed, vary, order, each, measured, noise, seed, on_progress)
 
 
-def checked_values(parameter: Parameter, values: Values) -> np.ndarray:
-    """Return values of a parameter that can all be used, shape (m,)."""
-    try:
-        given = np.atleast_1d(np.asarray(parse_values(parameter, values), dtype=float))
-    except (TypeError, ValueError):
-        given = np.empty(0)
-    if given.ndim != 1 or not given.size:
-        raise InputError(
-            f"the values of {parameter.name} are not a row of numbers; give at least one"
-        )
-    for value in given.tolist():
-        parameter.check(value)
-    return given
-
-
 def checked_errors(errors: ArrayLike, count: int) -> np.ndarray:
     """Return a standard deviation for each quantity, shape (q,)."""
-    try:
-        given = np.asarray(errors, dtype=float)
-    except (TypeError, ValueError):
+    given = as_numbers(errors)
+    if given.shape not in ((), (count,)):
         raise InputError(
-            f"errors = {errors!r} are not numbers; give standard deviations in SI units"
-        ) from None
-    if given.ndim > 1 or (given.ndim == 1 and len(given) != count):
-        raise InputError(
-            f"errors = {errors!r} do not fit the number of quantities, {count}; give one, or one "
-            "for each"
+            f"errors = {errors!r} do not fit the quantities; give one standard deviation in SI "
+            "units, or one for each"
         )
     if not (np.isfinite(given) & (given >= 0)).all():
         raise InputError(f"errors = {errors!r} are no standard deviations; give 0 or more")

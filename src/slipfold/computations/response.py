@@ -35,7 +35,6 @@ from slipfold.declarations import documented
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.quantities import Parameter
 from slipfold.models.system import System
 from slipfold.models.units import interval
 from slipfold.orbits.bifurcation_types import FOLLOWED_TYPES
@@ -356,7 +355,7 @@ def _columns(
             raise InputError("over does not give the same parameters in each case, by name")
         table = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
     result = {
-        str(name): _numbers(model.variable_parameter(str(name)), table[name])
+        str(name): parse_values(model.variable_parameter(str(name)), table[name])
         for name in table.keys()  # noqa: SIM118 (a table may iterate over something else)
     }
     lengths = {name: len(values) for name, values in result.items()}
@@ -365,19 +364,6 @@ def _columns(
     if len(set(lengths.values())) > 1:
         text = ", ".join(f"{count} of {name}" for name, count in lengths.items())
         raise InputError(f"over needs one value a case of each parameter, but has {text}")
-    return result
-
-
-def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
-    given = np.asarray(values)
-    if given.dtype.kind in "OU":  # text, perhaps with units
-        given = np.asarray(parse_values(parameter, given.tolist()))
-    try:
-        result = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        result = np.empty((0, 0))
-    if result.ndim != 1:
-        raise InputError(f"{parameter.name} = {values!r} is not a list of numbers, one a case")
     return result
 
 

@@ -17,7 +17,7 @@ from slipfold.computations.arguments import (
     checked_forced,
     checked_model,
     checked_point,
-    parse_values,
+    checked_values,
     refuse_varied,
 )
 from slipfold.declarations import documented
@@ -111,14 +111,7 @@ def _checked_grid(
 
 
 def _axis_values(model: Model, name: str, values: Any) -> Array:
-    parameter = model.variable_parameter(name)
-    checked = np.array(parse_values(parameter, values), dtype=float)
-    if checked.ndim != 1 or not checked.size:
-        raise InputError(
-            f"the values of {name} have the shape {checked.shape}; give a list of one or more"
-        )
-    for value in checked:
-        parameter.check(value)
+    checked = checked_values(model.variable_parameter(name), values)
     ordered = np.sort(checked)
     repeated = ordered[1:][np.diff(ordered) == 0]
     if len(repeated):

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, as_numbers
 from slipfold.errors import InputError, unknown
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
@@ -107,15 +107,10 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float | str] | N
                 raise unknown(f"{model.name} has no state", name, names)
         own = zip(model.states, model.start.tolist(), strict=True)
         state = [parse_quantity(state.get(x.name, at), x.unit, x.name) for x, at in own]
-    try:
-        values = np.array(state, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"the state {state!r} is not a list of numbers; give {', '.join(names)}"
-        ) from None
+    values = as_numbers(state)
     if values.shape != (len(names),):
         raise InputError(
-            f"the state has the shape {values.shape}; give {len(names)} numbers: {', '.join(names)}"
+            f"the state {state!r} is not a list of {len(names)} numbers; give {', '.join(names)}"
         )
     for name, value, given in zip(names, values, np.array(state, dtype=object), strict=True):
         if not math.isfinite(value):

@@ -284,11 +284,15 @@ def _places(
     regions: RegionMap, region: Region, window: Window, points: tuple[int, int]
 ) -> list[tuple[float, float]]:
     """Return the centers of the cells of a grid that lie in a region, or the region's own place."""
+    from scipy.ndimage import minimum_filter  # a tenth of a second to import
+
     first, second = (
         low + (np.arange(count) + 0.5) * (high - low) / count
         for (low, high), count in zip(window, points, strict=True)
     )
-    inside = _within(regions.labels == region.id)
+    # Away from its borders; the edge of the map is no border
+    size = 2 * CLASSIFICATION.margin + 1
+    inside = minimum_filter(regions.labels == region.id, size, mode="nearest")
     columns, rows = (
         np.abs(cells - values[:, None]).argmin(axis=1)
         for cells, values in ((regions.first, first), (regions.second, second))
@@ -296,15 +300,3 @@ def _places(
     grid = inside[np.ix_(rows, columns)]
     result = [(float(first[i]), float(second[j])) for j, i in np.argwhere(grid)]
     return result or [region.place]
-
-
-def _within(mask: Mask) -> Mask:
-    """Return the cells of an area away from its borders; the edge of the map is not a border."""
-    rows, columns = mask.shape
-    padded = np.pad(mask, CLASSIFICATION.margin, mode="edge")
-    around = [
-        padded[i : i + rows, j : j + columns]
-        for i in range(2 * CLASSIFICATION.margin + 1)
-        for j in range(2 * CLASSIFICATION.margin + 1)
-    ]
-    return np.asarray(np.all(around, axis=0))

@@ -20,8 +20,8 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import CLASSIFICATION
 from slipfold.long_term.verified import ATTRACTOR, AttractorRegion, AttractorSet, Trajectories
 from slipfold.models.model import Model
-from slipfold.models.quantities import DURATION
-from slipfold.models.units import parse_quantity
+from slipfold.models.quantities import DURATION, Parameter
+from slipfold.models.units import interval
 from slipfold.progress import Observer, Progress
 
 
@@ -55,20 +55,8 @@ def checked_box(model: Model, given: Any) -> Box:
     for name, ends in given.items():
         if name not in units:
             raise unknown(f"{model.name} has no state", name, units)
-        try:
-            first, last = ends
-        except (TypeError, ValueError):
-            raise InputError(
-                f"the box of {name}, {ends!r}, is not a pair of numbers; give its least and its "
-                "largest value"
-            ) from None
-        index = list(units).index(name)
-        low[index], high[index] = (parse_quantity(end, units[name], name) for end in (first, last))
-        if not (np.isfinite([low[index], high[index]]).all() and low[index] < high[index]):
-            raise InputError(
-                f"the box of {name} from {low[index]:g} to {high[index]:g} is empty; give its "
-                "least value first"
-            )
+        index, state = list(units).index(name), Parameter(name, 0.0, units[name])
+        low[index], high[index] = interval(state, ends, "box", rising=True)
     return Box(low, high)
 
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, as_numbers
 from slipfold.errors import InputError, unknown
 from slipfold.models.definitions.tables import validated
 from slipfold.models.quantities import Parameter
@@ -42,12 +42,7 @@ def parse_correlation(given: Any, names: Sequence[str]) -> Array:
             seen.add(frozenset((one, other)))
             matrix[one, other] = matrix[other, one] = parse_quantity(value, "", said)
     elif given is not None:
-        try:
-            matrix = np.array(given, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(
-                f'correlation = {given!r} cannot be used; give pairs, e.g. {{"mu,Vd": 0.5}}'
-            ) from None
+        matrix = as_numbers(given)
     return _checked(matrix, names)
 
 
@@ -69,7 +64,8 @@ def _checked(matrix: Array, names: Sequence[str]) -> Array:
     if not (regular and np.array_equal(matrix, matrix.T) and (np.diag(matrix) == 1).all()):
         raise InputError(
             f"the correlation matrix of {', '.join(names)} is not {count} by {count}, finite and "
-            "symmetric with ones on its diagonal; give one that is, or pairs of names"
+            "symmetric with ones on its diagonal; give one that is, or pairs, e.g. "
+            '{"mu,Vd": 0.5}'
         )
     smallest = float(np.linalg.eigvalsh(matrix)[0])
     if smallest < SINGULAR:

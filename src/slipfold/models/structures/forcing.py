@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import as_numbers
 from slipfold.errors import InputError
 from slipfold.models.friction.law import cos, sin
 from slipfold.models.parametric import described, structural
@@ -230,10 +230,7 @@ class BaseAcceleration(_MovingBase):
 
 
 def _checked_samples(given: Any, title: str) -> tuple[float, ...]:
-    try:
-        samples: Array = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        samples = np.empty(0)
+    samples = as_numbers(given)
     if samples.ndim != 1 or len(samples) < 3 or not np.isfinite(samples).all():
         raise InputError(
             f"the samples of a {title} are not a row of numbers; give at least 3 finite "

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from slipfold.arrays import Array, Indices
+from slipfold.arrays import Array, Indices, as_numbers
 from slipfold.drawing import Drawn
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import brief, is_whole
@@ -98,11 +98,7 @@ class Mesh(OneLine):
                 )
 
     def _checked_points(self) -> Array:
-        try:
-            points = np.asarray(self.points, dtype=float)
-        except (TypeError, ValueError, OverflowError):
-            points = np.empty(0)
-        count = len(self.nodes)
+        points, count = as_numbers(self.points), len(self.nodes)
         if points.ndim != 2 or points.shape[1] not in (2, 3) or len(points) != count:
             raise InputError(
                 f"{count} nodes have coordinates of shape {points.shape}; give two or three "

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import heyoka as hy
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, as_numbers
 from slipfold.errors import InputError, suggest
 from slipfold.models.formulas.functions import whole_power
 from slipfold.models.parametric import described, structural
@@ -234,10 +234,7 @@ MAX_ROWS = 64
 
 def _checked_table(given: Any, title: str) -> tuple[tuple[float, float], ...]:
     """Return displacement and force of each row, by ascending displacement."""
-    try:
-        rows = np.array(list(given.items() if isinstance(given, Mapping) else given), dtype=float)
-    except (TypeError, ValueError):
-        rows = np.empty(0)
+    rows = as_numbers([*given.items()] if isinstance(given, Mapping) else given)
     if rows.ndim != 2 or rows.shape[1] != 2 or not 2 <= len(rows) <= MAX_ROWS:
         raise InputError(
             f"the table of a {title} is {brief(given)}; give 2 to {MAX_ROWS} rows of displacement "

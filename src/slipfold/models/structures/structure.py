@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from slipfold.arrays import Array, Indices
+from slipfold.arrays import Array, Indices, as_numbers
 from slipfold.errors import InputError, unknown
 from slipfold.models.definitions.source import Source, source_of_file, source_of_text
 from slipfold.models.friction.contact import Contact
@@ -468,10 +468,7 @@ class Structure(MechanicalModel):
             frequencies = frequencies_of(squares)
             labels = [f"mode {number}, {f:.4g} Hz" for number, f in enumerate(frequencies, 1)]
         else:
-            try:
-                given = np.atleast_2d(np.asarray(states, dtype=float))
-            except (TypeError, ValueError):
-                given = np.empty((0, 0))
+            given = np.atleast_2d(as_numbers(states))
             if given.ndim != 2 or given.shape[1] != len(self.states):
                 raise InputError(
                     f"the states have the shape {given.shape}, and the structure has "
