@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import SINGULAR, Correction, Linearized, WholeMatrix, correct
+from slipfold.continuation.newton import (
+    Correction,
+    Linearized,
+    NewtonEquations,
+    WholeMatrix,
+    correct,
+)
 from slipfold.errors import BREAKDOWNS
 
 
@@ -59,7 +65,7 @@ P = TypeVar("P", bound=Point)
 """Kind of the points of a curve."""
 
 
-class Curve(ABC, Generic[P]):
+class Curve(NewtonEquations, Generic[P]):
     """A curve of solutions: equations, one less than unknowns, and test functions."""
 
     odd: tuple[str, ...] = ()
@@ -76,24 +82,6 @@ class Curve(ABC, Generic[P]):
 
     noise = 1e-9
     """Test functions below this are rounding errors: on a family of centers one of them is zero."""
-
-    @property
-    def chords(self) -> bool:
-        """Whether equations cost much less without their derivatives."""
-        return True
-
-    @property
-    def undefined(self) -> str:
-        """Why equations may have no finite values, as a clause."""
-        return SINGULAR
-
-    @abstractmethod
-    def defect(self, z: Array) -> Array:
-        """Return the function that Newton's method brings to zero."""
-
-    @abstractmethod
-    def linearize(self, z: Array) -> Linearized:
-        """Return the defect with its derivatives."""
 
     @abstractmethod
     def point(self, correction: Correction, arclength: float) -> P:
@@ -134,10 +122,6 @@ class Curve(ABC, Generic[P]):
     def ahead(self, points: Sequence[P]) -> float:
         """Return the arclength from the last point to where solutions end, infinite if unknown."""
         return np.inf
-
-    def residual(self, defect: Array) -> float:
-        """Return the residual of an unknown, in the norm that tolerances refer to."""
-        return float(np.abs(defect).max())
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return the guess nearest to a known solution of those that symmetry makes equivalent."""

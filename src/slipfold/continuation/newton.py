@@ -63,25 +63,30 @@ class Linearized(Protocol):
         """Return the Jacobian with one more row."""
 
 
-class NewtonEquations(Protocol):
+class NewtonEquations(ABC):
     """Smooth equations, one less than there are unknowns."""
 
     @property
     def chords(self) -> bool:
         """Whether they cost much less without their derivatives."""
+        return True
 
     @property
     def undefined(self) -> str:
         """Why they may have no finite values, as a clause."""
+        return SINGULAR
 
+    @abstractmethod
     def defect(self, z: Array) -> Array:
         """Return the function that Newton's method brings to zero."""
 
+    @abstractmethod
     def linearize(self, z: Array) -> Linearized:
         """Return the same with its derivatives."""
 
     def residual(self, defect: Array) -> float:
         """Return the residual of an unknown, in the norm that tolerances refer to."""
+        return float(np.abs(defect).max())
 
 
 @dataclass(frozen=True, eq=False)
