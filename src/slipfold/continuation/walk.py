@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, Protocol
+from typing import Any, Generic
 
 import numpy as np
 
@@ -38,20 +38,16 @@ Bound = tuple[int, float, float]
 """A component of the unknown, with the smallest and the largest value it may take."""
 
 
-class Corrections(Protocol):
+@dataclass(frozen=True, eq=False)
+class Corrections:
     """Solutions nearest guesses, a row each; NaN where Newton's method failed."""
 
     z: Array  # unknowns, shape (k, u)
     tangents: Array  # unit tangents, shape (k, u)
+    tests: Array  # test functions, shape (k, f)
+    found: Mask  # whether each has a solution, shape (k,)
     moved: Array  # length of the last correction, infinite where there was none, shape (k,)
-
-    @property
-    def found(self) -> Mask:
-        """Whether each has a solution, shape (k,)."""
-
-    @property
-    def tests(self) -> Array:
-        """Test functions, shape (k, f)."""
+    point: Any = None  # that of a curve alone, if there is one
 
 
 class FrontEquations(ABC):
@@ -265,7 +261,7 @@ class Front:
     def _measured(
         self,
         rows: Indices,
-        result: Corrections,
+        result: Any,
         distance: Array,
         length: Array,
         turn: Array,
@@ -380,18 +376,6 @@ def reaches(point: P, bounds: Sequence[Bound]) -> bool:
     return any(point.z[index] in (low, high) for index, low, high in bounds)
 
 
-@dataclass(frozen=True, eq=False)
-class _Solution(Generic[P]):
-    """The only row of a correction; of one without a point nothing is a number."""
-
-    z: Array
-    tangents: Array
-    tests: Array
-    found: Mask
-    moved: Array
-    point: P | None
-
-
 class CurveSteps(FrontEquations, Generic[P]):
     """Steps along one curve: its corrections use the derivatives at its last points."""
 
@@ -456,7 +440,7 @@ class CurveSteps(FrontEquations, Generic[P]):
 
     def correct(
         self, rows: Indices, guesses: Array, normals: Array, arclengths: Array
-    ) -> _Solution[P]:
+    ) -> Corrections:
         """Return the solution nearest the guess."""
         guess, row, arclength = guesses[0], normals[0], float(arclengths[0])
         newton, reach = self._settings.newton, STEP.reach * self._settings.coarse
@@ -476,13 +460,13 @@ class CurveSteps(FrontEquations, Generic[P]):
         parts = (getattr(point or last, name)[None] for name in ("z", "tangent", "values"))
         z, tangents, tests = parts if point else (part * np.nan for part in parts)
         found = np.array([point is not None])
-        return _Solution(z, tangents, tests, found, np.array([moved]), point)
+        return Corrections(z, tangents, tests, found, np.array([moved]), point)
 
     def aligned(self, rows: Indices, guesses: Array) -> Array:
         """Return the guess nearest to the last point of those that symmetry makes equivalent."""
         return self._curve.aligned(guesses[0], self.recent[-1].z)[None]
 
-    def leaves(self, rows: Indices, result: _Solution[P]) -> Mask:
+    def leaves(self, rows: Indices, result: Corrections) -> Mask:
         """Return whether the solution lies on another smooth piece than the last point."""
         point = result.point
         return np.array([point is not None and point.piece != self.recent[-1].piece])
