@@ -150,26 +150,6 @@ class Condensed(Sparse):
         small = self._small.solve(np.concatenate([closed, met]))
         return np.concatenate([(self._reached @ small + own).ravel(), small[n:]])
 
-    def solve_transposed(self, right: Array) -> Array:
-        """Return the solution with the transposed matrix, NaN if it is singular."""
-        m, n, _ = self.along.shape
-        columns, blocks = right[: m * n].reshape(m, n), self.blocks
-
-        def backward(wanted: Array) -> Array:
-            found = np.zeros((m - 1, n))
-            state = found[-1] = -wanted[-1]
-            for j in range(m - 3, -1, -1):
-                found[j] = state = blocks[j + 1].T @ state - wanted[j + 1]
-            return found
-
-        own = backward(columns)
-        first = columns[0] - blocks[0].T @ own[0]
-        rest = right[m * n :] - np.einsum("jnk,jn->k", self.along[:-1], own)
-        small = self._small.solve_transposed(np.concatenate([first, rest]))
-        lines = (small[n:] @ self.lines[:, : m * n]).reshape(m, n)
-        lines[-1] += blocks[-1].T @ small[:n]
-        return np.concatenate([backward(columns - lines).ravel(), small])
-
     @cached_property
     def _kernel(self) -> Array:
         n, small = self.along.shape[1], self._small._kernel
@@ -321,13 +301,12 @@ class Linearization:
     def jacobian(self) -> Array:
         """All derivatives, shape (m n + d, m n + k)."""
         m, n, k = self.along.shape
-        size = m * n
-        blocks, ones = _places(m, n, k)
+        size, node = m * n, np.arange(m)
         gradients = self.conditions.gradients
         matrix = np.zeros((size + (0 if gradients is None else len(gradients)), size + k))
-        flat = matrix.ravel()
-        flat[blocks] = self.blocks.ravel()
-        flat[ones] -= 1.0
+        square = matrix[:size, :size].reshape(m, n, m, n)
+        square[node, :, node] = self.blocks
+        square[node, :, (node + 1) % m] -= np.eye(n)
         matrix[:size, size:] = self.along.reshape(size, k)
         if gradients is not None:
             matrix[size:] = gradients
@@ -386,13 +365,3 @@ def defect_of(residual: Array, values: Array) -> Array:
     """
     flat = residual.ravel() / sqrt(len(residual))
     return np.concatenate([flat, values]) if len(values) else flat
-
-
-@cache
-def _places(m: int, n: int, k: int) -> tuple[Indices, Indices]:
-    """Flat places of the transition matrices in a Jacobian, and of the ones to be subtracted."""
-    width, size = m * n + k, m * n
-    inside = np.arange(n)[:, None] * width + np.arange(n)[None, :]
-    blocks = np.arange(m)[:, None, None] * n * (width + 1) + inside
-    ones = np.arange(size) * width + (np.arange(size) + n) % size
-    return blocks.ravel(), ones
