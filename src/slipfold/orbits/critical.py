@@ -237,12 +237,6 @@ class Critical(OrbitCurve):
         """Return a guess whose phase is that of an orbit nearby."""
         return self.orbits.aligned(guess, known)
 
-    def tests(
-        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
-    ) -> dict[str, float]:
-        """Return no functions: nothing is watched unless someone says what."""
-        return {}
-
 
 def doubled_orbit(orbits: Orbits, z: Array, residual: float) -> OrbitPoint:
     """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.

@@ -87,8 +87,8 @@ class VectorField(Discretization):
         return np.asarray((third / self.scales)[:, None])
 
 
-class ForcedOrbits(Orbits):
-    """Orbits whose duration is known, as the forcing's period is.
+class PeriodicOrbits(Orbits):
+    """Orbits that repeat after a time.
 
     `by` makes the discretization of model, free parameters, period and number of segments.
     """
@@ -101,7 +101,13 @@ class ForcedOrbits(Orbits):
         segments: int = SEGMENTS,
         by: Cut = Shooting,
     ) -> None:
-        super().__init__(model, vary, by(model, vary, period, segments), Multipliers())
+        own = {"duration": model.values["duration"]} if self.free_phase else {}
+        spectrum = CycleMultipliers() if self.free_phase else Multipliers()
+        super().__init__(model, vary, by(model, {**own, **vary}, period, segments), spectrum)
+
+
+class ForcedOrbits(PeriodicOrbits):
+    """Orbits whose duration is known, as the forcing's period is."""
 
     def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the monodromy matrix."""
@@ -139,7 +145,7 @@ def _log_determinant(factors: Array) -> float:
     return 0.0 if abs(total) <= noise < 1 else total
 
 
-class Cycles(Orbits):
+class Cycles(PeriodicOrbits):
     """Orbits with the duration of one round as a free parameter, and with no phase of their own.
 
     A cycle may be started anywhere on it: Newton's steps and tangents are kept orthogonal to the
@@ -150,17 +156,6 @@ class Cycles(Orbits):
 
     spectrum: CycleMultipliers
     free_phase, gauges = True, 1
-
-    def __init__(
-        self,
-        model: Model,
-        vary: Mapping[str, float],
-        period: int = 1,
-        segments: int = SEGMENTS,
-        by: Cut = Shooting,
-    ) -> None:
-        free = {"duration": model.values["duration"], **vary}
-        super().__init__(model, vary, by(model, free, period, segments), CycleMultipliers())
 
     def duration(self, z: Array) -> float:
         """Return the duration of one round in seconds."""

@@ -117,14 +117,14 @@ class OrbitCurve(Curve[OrbitPoint]):
         orbits, moved, direction = self.orbits.shifted(z, tangent)
         return self.with_orbits(orbits), moved, direction
 
-    @abstractmethod
     def tests(
         self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at special points of the curve, by name.
 
-        Shapes: multipliers (n,).
+        None where nothing is watched. Shapes: multipliers (n,).
         """
+        return {}
 
     def derived_point(
         self,
@@ -360,31 +360,30 @@ class Orbits(OrbitCurve):
 
     def described_by(self, by: Discretization, spectrum: Multipliers | None = None) -> Self:
         """Return the same in terms of another discretization, or with another spectrum."""
-        other = copy(self)
-        other.orbits, other.spectrum = other, spectrum or self.spectrum
+        other = self._with(spectrum=spectrum or self.spectrum)
         other._describe_by(by)
         return other
 
     def leaving_out(self, standing: Standing | None) -> Self:
         """Return the same orbits with test functions that leave some multipliers out."""
-        other = copy(self)
-        other.orbits, other.standing = other, standing
-        return other
+        return self._with(standing=standing)
 
     def varying(self, vary: Mapping[str, float]) -> Self:
         """Return the same orbits where other parameters vary."""
         own = {name: unit for name, unit in self.by.free.items() if name not in self.varied}
-        other = copy(self)
+        other = self._with()
         other._let_vary(vary)
-        other.orbits = other
         other._describe_by(self.by.freeing({**own, **vary}))
         return other
 
     def at_values_of(self, model: Model) -> Self:
         """Return the same orbits where what is not free has the values of a model."""
+        return self._with(model=model, _vector=model.vector, _constants=(None, None))
+
+    def _with(self, **changed: Any) -> Self:
+        """Return the same orbits with other attributes."""
         other = copy(self)
-        other.model, other._vector = model, model.vector
-        other.orbits, other._constants = other, (None, None)
+        vars(other).update(changed, orbits=other)
         return other
 
     def log_multiplier(self, z: Array) -> float | None:
