@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 
@@ -31,33 +31,6 @@ from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
 then the equations are made regular as at a fold."""
-
-
-class GivenOrbit(Protocol):
-    """A periodic orbit that is computed again."""
-
-    @property
-    def model(self) -> Model:
-        """The model at the orbit's parameter values."""
-
-    @property
-    def period(self) -> int:
-        """Period in forcing periods, or revolutions of a cycle."""
-
-    @property
-    def nodes(self) -> Array:
-        """States at equidistant phases, shape (m, n)."""
-
-    @property
-    def multipliers(self) -> Complex:
-        """Floquet multipliers, shape (n,)."""
-
-    @property
-    def duration(self) -> float:
-        """Duration of the whole orbit in seconds."""
-
-    def sample(self, count: int) -> tuple[Array, Array]:
-        """Return times and states at equidistant phases."""
 
 
 AT_REST = Rule(close=1e-9, iterations=20)
@@ -219,19 +192,21 @@ def collocate(
     )
 
 
-def mesh_errors(orbit: GivenOrbit) -> tuple[float, Array]:
+def mesh_errors(
+    model: Model, nodes: Array, period: int, multipliers: Complex
+) -> tuple[float, Array]:
     """Return the errors of states (scaled) and multipliers on a mesh such as branches have.
 
     That with which branches begin, if it serves: a finer one has smaller errors than theirs. It
     serves no orbit that lingers nearly all the time, which its intervals step over. The errors are
     the changes when the intervals are halved. The equations are made regular: where they leave the
     place along the branch open, as near a homoclinic orbit, a change of place is no error. Infinite
-    where Newton's method does not converge. Returns a number and (n,).
+    where Newton's method does not converge. The arguments are those of `orbit_by_collocation`;
+    returns a number and (n,).
     """
-    model, period = orbit.model, orbit.period
-    shot = orbits_at(model, period, len(orbit.nodes))
-    guess = shot.unknown(orbit.nodes, model)
-    scheme = shot.by.scheme(orbit.nodes, shot.constants(guess))
+    shot = orbits_at(model, period, len(nodes))
+    guess = shot.unknown(nodes, model)
+    scheme = shot.by.scheme(nodes, shot.constants(guess))
     first = shot.described_by(Collocation(model, shot.by.free, period, scheme=scheme))
     coarse = _Solution.near(*fitted(first, first.adopt(shot, guess)), singular=True)
     if not coarse.converged:
@@ -239,8 +214,8 @@ def mesh_errors(orbit: GivenOrbit) -> tuple[float, Array]:
     halved = coarse.orbits.described_by(_halved(coarse.orbits.by))
     fine = _Solution.near(halved, halved.adopt(coarse.orbits, coarse.z), singular=True)
     if not (coarse.converged and fine.converged):
-        return np.inf, np.full(len(orbit.multipliers), np.inf)
-    one, other = (match_multipliers(orbit.multipliers, on.multipliers) for on in (coarse, fine))
+        return np.inf, np.full(len(multipliers), np.inf)
+    one, other = (match_multipliers(multipliers, on.multipliers) for on in (coarse, fine))
     return coarse.states_apart(fine), np.abs(one - other)
 
 
@@ -361,12 +336,6 @@ class _Unfolded(OrbitCurve):
         part = self._with_column(self.orbits.linearize(np.append(z[:-1], self._value)))
         added = z[-1] * np.sqrt(len(part.residual)) * self._column
         return replace(part, residual=part.residual + added.reshape(part.residual.shape))
-
-    def tests(
-        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
-    ) -> dict[str, float]:
-        """Return no functions: it is solved at one place."""
-        return {}
 
     def excess(self, z: Array) -> float:
         """Return the largest change of an equation, in scaled states."""

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
+from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model, evaluation_of
-from slipfold.orbits.check import GivenOrbit, is_singular
+from slipfold.orbits.check import is_singular
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable
@@ -133,41 +134,47 @@ class HarmonicBalance(OneLine, ReadOnly):
         )
 
 
-def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalance:
-    """Find the periodic orbit near another by harmonic balance, and its multipliers.
+def balance(
+    model: Model,
+    nodes: Array,
+    period: int,
+    given: Complex,
+    samples: Array,
+    tolerance: float,
+    largest: int,
+) -> HarmonicBalance:
+    """Find the periodic orbit near another by harmonic balance, and multipliers near given ones.
 
     Newton's method starts from the orbit's Fourier coefficients. Harmonics are added until half as
     many again change less than a tenth of the tolerance, or the condensed equations are `largest`.
+
+    Shapes: nodes (m, n); given (n,); samples (M, n), over the period.
     """
-    model, period = orbit.model, orbit.period
-    scales = model.state_scales()
-    samples = orbit.sample(BALANCE.guess * period)[1]
+    scales, duration = model.state_scales(), period * flow_of(model).constants_of(model).period
     guess = np.fft.rfft(samples / scales, axis=0) / len(samples)
     tails = np.cumsum(2 * np.abs(guess).max(axis=1)[::-1])[::-1]  # of a harmonic and all above it
-    forces = _Equations(model, period, guess[: 2 * BALANCE.fewest], orbit.duration).inputs.shape[1]
+    forces = _Equations(model, period, guess[: 2 * BALANCE.fewest], duration).inputs.shape[1]
     most = min(int((largest / max(forces, 1) - 1) / 2), len(guess) - 1)
     seen = max(BALANCE.spare * tolerance, 2 * tails[len(tails) // 2])  # beyond errors of the guess
     seen = max(int(np.count_nonzero(tails >= seen)), BALANCE.fewest * period)
     # At a fold or branch point, of cycles besides the multiplier of their own direction
-    singular = is_singular(orbit.multipliers, 0 if model.forced else 1)
-    phases: Array = np.arange(len(orbit.nodes)) / len(orbit.nodes)
+    singular = is_singular(given, 0 if model.forced else 1)
+    phases: Array = np.arange(len(nodes)) / len(nodes)
     count = min(seen, int(most / BALANCE.more))
-    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    size = max(1.0, float(np.abs(given).max()))
     own = BALANCE.decided if len(scales) >= BALANCE.many else BALANCE.spare * tolerance
-    fine = _solve(model, period, guess[: count + 1], orbit.duration, singular=singular)
+    fine = _solve(model, period, guess[: count + 1], duration, singular=singular)
     while True:
         coarse, count = fine, min(int(BALANCE.more * count) + 1, most)
         start = guess[: count + 1].copy()
         if coarse.converged:
             start[: len(coarse.harmonics)], start[len(coarse.harmonics) :] = coarse.harmonics, 0
         fine = _solve(model, period, start, coarse.duration, singular=singular)
-        nodes = _at(fine.harmonics, phases)
-        left_out = float(np.abs(_at(coarse.harmonics, phases) - nodes).max())
+        found = _at(fine.harmonics, phases)
+        left_out = float(np.abs(_at(coarse.harmonics, phases) - found).max())
         settled = coarse.converged and fine.converged and left_out <= BALANCE.spare * tolerance
         if settled or count == most:
-            before, multipliers = (
-                _multipliers(one, orbit.multipliers, own) for one in (coarse, fine)
-            )
+            before, multipliers = (_multipliers(one, given, own) for one in (coarse, fine))
             apart = multiplier_difference(before, multipliers)
             left_out = float(np.max([left_out, apart]))  # NaN if it is not known
             if not left_out > BALANCE.spare * tolerance or count == most:
@@ -180,9 +187,9 @@ def balance(orbit: GivenOrbit, tolerance: float, largest: int) -> HarmonicBalanc
         fine.duration,
         multipliers,
         max(left_out, fine.excess) if coarse.converged and fine.converged else np.inf,
-        float(np.abs(orbit.nodes / scales - nodes).max()),
-        abs(fine.duration / orbit.duration - 1),
-        multiplier_difference(orbit.multipliers, multipliers),
+        float(np.abs(nodes / scales - found).max()),
+        abs(fine.duration / duration - 1),
+        multiplier_difference(given, multipliers),
         tolerance,
     )
 

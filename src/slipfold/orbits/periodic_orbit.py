@@ -359,14 +359,16 @@ class PeriodicOrbit(Measured, OneLine):
         >>> sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05)).harmonic_balance().passed
         True
         """
-        from slipfold.orbits.harmonic_balance import balance
+        from slipfold.orbits.harmonic_balance import BALANCE, balance
 
         if any(self.revolutions.values()):
             raise InputError(
                 f"an angle of {self.model.name} revolves on this orbit, so it is no Fourier "
                 "series; use check(), which computes it by collocation"
             )
-        return balance(self, tolerance, largest)
+        samples = self.sample(BALANCE.guess * self.period)[1]
+        given = self.model, self.nodes, self.period, self.multipliers, samples
+        return balance(*given, tolerance, largest)
 
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:

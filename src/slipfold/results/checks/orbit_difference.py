@@ -257,7 +257,9 @@ def _allowed_by_meshes(orbit: PeriodicOrbit) -> tuple[float, Array]:
     Zeros where they are not known. Two meshes differ by a sample of the errors of both.
     """
     try:
-        error, of_multipliers = mesh_errors(orbit)
+        error, of_multipliers = mesh_errors(
+            orbit.model, orbit.nodes, orbit.period, orbit.multipliers
+        )
     except BREAKDOWNS:
         return 0.0, np.zeros(len(orbit.multipliers))
     error *= SPREAD
