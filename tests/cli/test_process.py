@@ -157,7 +157,7 @@ def test_an_interrupt_while_normal_forms_are_computed_keeps_the_branches(tmp_pat
     path = tmp_path / "x.nc"
     command = ["response", "sliding", "--vary", "Nd=0:0.05", "--out", str(path)]
     status, output, said = interrupted_within(
-        "slipfold.bifurcations.branches.make_branch:describe_together",
+        "slipfold.bifurcations.branches.make_branch:describe",
         "normal forms: 0 of 1 done",
         command,
     )

@@ -23,7 +23,7 @@ from slipfold.bifurcations.branches.batched_points import (
 from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Walk
 from slipfold.bifurcations.branches.bifurcations import is_genuine, span_end
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.make_branch import assemble, describe_together
+from slipfold.bifurcations.branches.make_branch import assemble, describe
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.start import forced_orbits, measured_over, span_begin
@@ -83,9 +83,7 @@ class BatchedCase:
             curves.append(FollowedCurve(number, start, traced, None))
             if item.origin is not None:
                 leads.setdefault(item.origin, []).append(number)
-        known = self.described
-        begin, own = span_begin(vary, first), lambda results: [known[item] for item in results]
-        return assemble(curves, leads, begin, described_by=own)
+        return assemble(curves, leads, span_begin(vary, first), self.described)
 
 
 def follow_batch(
@@ -134,7 +132,7 @@ def follow_batch(
         report("normal forms", 0.0)
         followed = [item for case in cases if not case.failure for item in case.branches]
         results = [found for branch in followed for found in branch.found]
-        described = dict(zip(results, describe_together(results), strict=True))
+        described = dict(zip(results, describe(results), strict=True))
         for case in cases:
             case.described = described
     return cases

@@ -59,23 +59,8 @@ interval between them shorter than 1e-11 of a period is not distinguished from n
 
 
 def describe(results: Sequence[Found]) -> list[SpecialPoint]:
-    """Return points that are alike, or one, with normal forms and uncertainties."""
-    first = results[0]
-    if isinstance(first, Happened):
-        return [_describe_event(first)]
-    together = first.type not in CONTACT_TYPES
-    return describe_together(results) if together else [_describe_boundary(first)]
-
-
-def _alike(found: Found) -> Hashable:
-    """Return what points have in common that are described at once, None of those that are not."""
-    alone = isinstance(found, Happened) or found.type in CONTACT_TYPES
-    return None if alone else what_is_common(found.point)
-
-
-def describe_together(results: Sequence[Found]) -> list[SpecialPoint]:
-    """Return located bifurcations as `describe` does; what they have in common is one batch."""
-    searches = [_uncertainties(item.point.curve, item) for item in results]
+    """Return located points with normal forms and uncertainties; what is alike is one batch."""
+    searches = [_uncertainties(item) for item in results]
     known = corrected_together(searches, answers_of, BREAKDOWNS)
     each = [
         _uncertain(item, *(_unknown(item.point) if isinstance(own, Exception) else own))
@@ -101,23 +86,25 @@ def with_normal_forms(results: Sequence[Found], each: Sequence[SpecialPoint]) ->
     ]
 
 
-def _describe_boundary(found: Found) -> SpecialPoint:
-    """Return a place where contacts begin or cease to do something; nothing is critical there."""
-    point, orbits = found.nearest, found.point.curve
-    met = isinstance(orbits.by, MarginalShooting)
+def _nowhere_critical(found: Found) -> tuple[float, Array]:
+    """Return the uncertainties of an event, or of where contacts begin or cease to do something."""
+    orbits, point, changes = found.point.curve, found.nearest, found.type in CONTACT_TYPES
+    met = changes and isinstance(orbits.by, MarginalShooting)
     again, rounding = _met_again(orbits, point) if met else recomputed(orbits, point)
-    moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
-    if again is not None:
-        moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
-        if isinstance(found, FoundMeeting):
-            moved += PIECE.close + found.unsure
-        elif not met:
-            moved += PIECE.close + left_to_change(point, found.type)
-            moved += AT_ONCE if found.type in ("MEET", "STICK") else 0.0
-        if isinstance(found, FoundGrazing):
-            moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])
-        uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
-    return _uncertain(found, float(moved) * orbits.width, uncertain)
+    if again is None:
+        return _unknown(point)
+    moved = (SPREAD if changes else 1.0) * abs(again.z[-1] - point.z[-1]) + rounding
+    if isinstance(found, Happened):
+        moved += found.distance_from(again) * abs(point.tangent[-1])
+    elif isinstance(found, FoundMeeting):
+        moved += PIECE.close + found.unsure
+    elif not met:
+        moved += PIECE.close + left_to_change(point, found.type)
+        moved += AT_ONCE if found.type in ("MEET", "STICK") else 0.0
+    if isinstance(found, FoundGrazing):
+        moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])
+    uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
+    return float(moved) * orbits.width, uncertain
 
 
 def _met_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
@@ -141,7 +128,7 @@ def _coefficient(
 ) -> Form[tuple[float | None, str | None]]:
     """Find coefficient and criticality; None where the higher derivatives do not exist."""
     by, spans = orbits.by, list[tuple[float, float, Mode]]()
-    if orbits.free_phase and isinstance(by, SwitchedShooting):
+    if form and orbits.free_phase and isinstance(by, SwitchedShooting):
         spans = by.spans(orbits.nodes(point.z), orbits.constants(point.z))
     if form is None or len(spans) > 1 or any(not {*WAYS}.issuperset(mode) for *_, mode in spans):
         return None, None
@@ -153,32 +140,18 @@ def _coefficient(
 
 
 def _form_of(found: Found) -> str | None:
-    """Return which normal form a bifurcation has; None for a branch point where it is not known.
+    """Return which normal form a point has; None where it has none, or it is not known.
 
     Where one of the two branches turns, it bends back on both sides: a pitchfork.
     """
     if found.type != "BP":
-        return found.type
+        return found.type if found.type in BIFURCATION_TYPES else None
     if found.other is None:
         return None
     slope = min(abs(found.point.tangent[-1]), abs(found.other[-1]))
     if found.unsure > max(slope, BIFURCATION.turning):
         return None
     return "pitchfork" if slope < BIFURCATION.turning else "transcritical"
-
-
-def _describe_event(found: Happened) -> SpecialPoint:
-    """Return a located user's event."""
-    point, orbits = found.point, found.point.curve
-    again, rounding = recomputed(orbits, point)
-    moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
-    if again is not None:
-        along = found.distance_from(again) * abs(point.tangent[-1])
-        moved = abs(again.z[-1] - point.z[-1]) + along + rounding
-        multiplier_uncertainty = multiplier_change(
-            point.multipliers, again.multipliers, point.monodromy
-        )
-    return _uncertain(found, float(moved) * orbits.width, multiplier_uncertainty)
 
 
 def bare(
@@ -282,7 +255,7 @@ Uncertainties = Generator[Request, Any, T]
 """A computation that is sent what it requests of points that are computed again."""
 
 
-def _uncertainties(orbits: Orbits, found: Found) -> Uncertainties[tuple[float, Array]]:
+def _uncertainties(found: Found) -> Uncertainties[tuple[float, Array]]:
     """Find the uncertainty of the parameter and of the multipliers, from computing all of it again.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
@@ -290,7 +263,9 @@ def _uncertainties(orbits: Orbits, found: Found) -> Uncertainties[tuple[float, A
     the test function counts as well. A branch point where two branches cross is computed again; how
     far rounding may move it along them moves the multipliers too.
     """
-    point, other = found.point, found.other
+    point, other, orbits = found.point, found.other, found.point.curve
+    if found.type not in BIFURCATION_TYPES:
+        return _nowhere_critical(found)
     if isinstance(found, SeveralCritical):  # Newton's method is singular there
         along = found.error + ZERO.close
         moved = along * abs(point.tangent[-1])
@@ -372,15 +347,13 @@ def assemble(
     curves: Sequence[FollowedCurve[OrbitPoint]],
     leads: Mapping[Found[OrbitPoint], Sequence[int]],
     started: End,
-    report: Report = lambda followed, found, done: None,
+    known: Mapping[Found, SpecialPoint],
     report_orbits: ReportOrbits = _unwatched,
-    described_by: Callable[[Sequence[Found]], list[SpecialPoint]] = describe,
 ) -> tuple[Branch, ...]:
     """Return all branches as data, as far as their states are found before an interruption.
 
-    Special points whose normal forms it leaves are bare.
+    Special points that were not described before it are bare.
     """
-    known = describe_in_turn(curves, report, described_by)
     if any(found not in known for followed in curves for found in followed.traced.found):
         report_orbits = _unwatched  # not after an interruption
     described: dict[Found, SpecialPoint] = {}
@@ -418,19 +391,21 @@ def _without_lost(branch: Branch, kept: int) -> Branch:
 
 
 def describe_in_turn(
-    curves: Iterable[FollowedCurve[OrbitPoint]],
-    report: Report,
-    described_by: Callable[[Sequence[Found]], list[SpecialPoint]] = describe,
+    curves: Iterable[FollowedCurve[OrbitPoint]], report: Report
 ) -> dict[Found, SpecialPoint]:
     """Describe special points in their order, those alike at once, until it is interrupted."""
     known: dict[Found, SpecialPoint] = {}
     with suppress(KeyboardInterrupt):
         for followed in curves:
-            for kind, group in groupby(followed.traced.found, _alike):
+            for kind, group in groupby(followed.traced.found, _common):
                 while results := [*islice(group, 1 if kind is None else LANES)]:
                     report(followed, results[0], len(known))
-                    known |= zip(results, described_by(results), strict=True)
+                    known |= zip(results, describe(results), strict=True)
     return known
+
+
+def _common(found: Found) -> Hashable:
+    return what_is_common(found.point)
 
 
 def _branch(

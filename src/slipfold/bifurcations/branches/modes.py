@@ -10,7 +10,6 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.make_branch import assemble
 from slipfold.bifurcations.branches.response import BranchTree
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.start import measured_over, method_for
@@ -99,8 +98,7 @@ def trace_mode(
     tree = _Modes(model.parameter(XI.name), span, settings, (event,), observer, False)
     tree.explore(Start(start.curve, (start,), departs=True))
     reason = f"leaves rest where xi = {mode.xi:.9g} balances the damping of a linear mode"
-    reports = tree.report_described, tree.report_orbits
-    return assemble(tree.curves, tree.leads, End("bifurcation", reason, (mode.xi,)), *reports)
+    return tree.assembled(End("bifurcation", reason, (mode.xi,)))
 
 
 class _Modes(BranchTree):

@@ -26,7 +26,7 @@ from slipfold.bifurcations.branches.closed_branches import (
 from slipfold.bifurcations.branches.ends import BranchEndings
 from slipfold.bifurcations.branches.events import Happened, check_events, events_on
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic, stop_near_homoclinic
-from slipfold.bifurcations.branches.make_branch import assemble
+from slipfold.bifurcations.branches.make_branch import assemble, describe_in_turn
 from slipfold.bifurcations.branches.progress import branch_progress, searching
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over
@@ -44,6 +44,7 @@ from slipfold.bifurcations.branches.switching import (
 )
 from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
+from slipfold.continuation.end import End
 from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import ZERO
 from slipfold.continuation.step_length import STEP
@@ -92,8 +93,7 @@ def trace_response(
         model.parameter(vary), (first, last), settings, events, observer, through_stick
     )
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
-    reports = branches.report_described, branches.report_orbits
-    return assemble(branches.curves, branches.leads, reason, *reports)
+    return branches.assembled(reason)
 
 
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
@@ -218,6 +218,11 @@ class BranchTree(CurveSet[OrbitPoint]):
         numbers = self.leads.get(start.found) if start.found is not None else None
         return numbers[-1] if numbers else None
 
+    def assembled(self, started: End) -> tuple[Branch, ...]:
+        """Return all that was followed as data."""
+        known = describe_in_turn(self.curves, self._report_described)
+        return assemble(self.curves, self.leads, started, known, self._report_orbits)
+
     def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
         if self._observer is None:
             return
@@ -227,7 +232,7 @@ class BranchTree(CurveSet[OrbitPoint]):
         at = len(self.curves) + 1, period, len(traced.points), value, names
         self._observer(branch_progress(self._parameter, *at))
 
-    def report_described(
+    def _report_described(
         self, followed: FollowedCurve[OrbitPoint], found: Found, done: int
     ) -> None:
         """Report which special point is described next; not after an interruption."""
@@ -238,7 +243,7 @@ class BranchTree(CurveSet[OrbitPoint]):
         at = followed.number, traced.curve.period, len(traced.points), value, _names(traced)
         self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
 
-    def report_orbits(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
+    def _report_orbits(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
         """Report for how many points of a branch all states are computed."""
         if self._observer is None or self.interrupted:
             return
