@@ -212,17 +212,15 @@ def _between(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> Interpolate
     The interpolation that changes less if a point is left out is the better one.
     """
     near = well_spaced(history, a.arclength, b.arclength, ZERO.knots)
-    grid = arclengths_between(a.arclength, b.arclength)
-    ends = np.array([monitor.values(a), monitor.values(b)])
-    arclengths = np.array([point.arclength for point in near])
-    numbers = _index(near, a), _index(near, b)
-    weights = interpolation_weights(arclengths, grid, (a.arclength, b.arclength), numbers)
-    values = weights @ np.array([monitor.values(point) for point in near])
-    found = Interpolated.from_values(grid, values, ends, monitor.noise)
-    extrapolated = monitor.extrapolated(near, weights) if found.ambiguous.any() else None
-    if extrapolated is None:
-        return found
-    return Interpolated.from_values(grid, values, ends, monitor.noise, extrapolated)
+    return Interpolated.between(
+        np.array([point.arclength for point in near]),
+        np.array([monitor.values(point) for point in near]),
+        (a.arclength, b.arclength),
+        np.array([monitor.values(a), monitor.values(b)]),
+        (_index(near, a), _index(near, b)),
+        monitor.noise,
+        lambda weights: monitor.extrapolated(near, weights),
+    )
 
 
 def _index(points: Sequence[P], point: P) -> int:
@@ -275,24 +273,37 @@ class Interpolated:
     noise: float  # what of them is rounding
 
     @staticmethod
-    def from_values(
-        grid: Array, values: Array, ends: Array, noise: float, extrapolated: Array | None = None
+    def between(
+        where: Array,
+        values: Array,
+        ends: tuple[Any, Any],
+        at_ends: Array,
+        numbers: tuple[int, int],
+        noise: float,
+        predicted: Callable[[Array], Array | None] = lambda weights: None,
     ) -> Interpolated:
-        """Interpolate the functions from their values, or take predictions where these are better.
+        """Interpolate functions between two ends from their values at c points near.
 
-        Shapes: values, extrapolated as the rows of `interpolation_weights`, (2 t + 2, f).
+        Where that is ambiguous, predictions with the weights of `interpolation_weights` are taken
+        if these are better. Shapes: where (c,), values (c, f), at_ends (2, f).
         """
-        size = (values.shape[-2] - 2) // 2
-        own, fewer = slice(None, size), slice(size, -2)
-        if extrapolated is not None:
-            one, other = (
-                np.abs(each[..., own, :] - each[..., fewer, :]) for each in (values, extrapolated)
-            )
-            better = other.max(axis=-2) < one.max(axis=-2)
-            values = np.where(better[..., None, :], extrapolated, values)
-        inside = values[..., own, :]
-        errors = np.abs(inside - values[..., fewer, :])
-        return Interpolated(grid, inside, errors, ends, np.abs(ends - values[..., -2:, :]), noise)
+        grid = arclengths_between(*ends)
+        weights, size = interpolation_weights(where, grid, ends, numbers), grid.shape[-1]
+
+        def errors(values: Array) -> Array:
+            return np.abs(values[..., :size, :] - values[..., size:-2, :])
+
+        def found(values: Array) -> Interpolated:
+            away = np.abs(at_ends - values[..., -2:, :])
+            return Interpolated(grid, values[..., :size, :], errors(values), at_ends, away, noise)
+
+        values = weights @ values
+        own = found(values)
+        better = predicted(weights) if own.ambiguous.any() else None
+        if better is None:
+            return own
+        less = errors(better).max(axis=-2) < errors(values).max(axis=-2)
+        return found(np.where(less[..., None, :], better, values))
 
     @cached_property
     def ambiguous(self) -> Mask:

@@ -21,12 +21,7 @@ from slipfold.continuation.curve import Point
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, lengths_of
 from slipfold.continuation.locate import Guesses
-from slipfold.continuation.search import (
-    Interpolated,
-    arclengths_between,
-    interpolation_weights,
-    locating_test,
-)
+from slipfold.continuation.search import Interpolated, locating_test
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found
@@ -288,11 +283,9 @@ class Walk(FrontEquations):
             where = np.column_stack([new, front.arclengths[here, : -count - 1 : -1]])
             history = front.tests[here, : -count - 1 : -1]
             values = np.concatenate([result.tests[which, None], history], axis=1)
-            grid = arclengths_between(last, new)
-            weights = interpolation_weights(where, grid, (last, new), (1, 0))
-            own = weights @ values, values[:, 1::-1], self._branches[0].orbits.noise
-            tests_between = Interpolated.from_values(grid, *own)
-            ambiguous[which] = tests_between.ambiguous.any(axis=1)
+            noise, at_ends = self._branches[0].orbits.noise, values[:, 1::-1]
+            given = where, values, (last, new), at_ends, (1, 0), noise
+            ambiguous[which] = Interpolated.between(*given).ambiguous.any(axis=1)
         changed = (front.tests[active, -1] > 0) != (result.tests > 0)
         changed &= regular[:, None]
         change = np.where(regular, np.abs(_unstable(result) - self._unstable[active]), 0)

@@ -30,11 +30,7 @@ from slipfold.bifurcations.branches.start import forced_orbits
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import arcs, hermite_each, lengths_of
 from slipfold.continuation.locate import ZERO
-from slipfold.continuation.search import (
-    Interpolated,
-    arclengths_between,
-    interpolation_weights,
-)
+from slipfold.continuation.search import Interpolated
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -259,13 +255,9 @@ class _Line:
 
         In the first step from another branch there are none. Shapes: s (k,); tests (k, f).
         """
-        near, ends = _nearest(s), (s[:-1], s[1:])
-        grid = arclengths_between(*ends)
-        weights = interpolation_weights(s[near], grid, ends, (0, 1))
-        between = Interpolated.from_values(
-            grid, weights @ tests[near], tests[near[:, :2]], self._branch.orbits.noise
-        )
-        found = np.asarray(between.ambiguous.any(axis=1))
+        near, ends, noise = _nearest(s), (s[:-1], s[1:]), self._branch.orbits.noise
+        given = s[near], tests[near], ends, tests[near[:, :2]], (0, 1), noise
+        found = np.asarray(Interpolated.between(*given).ambiguous.any(axis=1))
         found[: self._departs] = False
         return found
 
