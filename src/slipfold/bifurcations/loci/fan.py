@@ -4,25 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.make_branch import bare
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.bifurcations.loci.locus_equations import LocusEquations
 from slipfold.bifurcations.loci.window import Plane
 from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import GRAZED, contacts_of, limits_of_contacts
 from slipfold.models.angles import distances
 from slipfold.models.equilibria import equilibria_in, search_equilibrium
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.find import attractor_from
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
@@ -168,23 +169,10 @@ def _as_point(
 ) -> SpecialPoint:
     """Return a grazing point as what a locus starts from, at the arclength of the end near it."""
     point = curve.point(correction, float(branch.arclength[row]))
-    orbits, model = curve.orbits, curve.orbits.model_at(point.z)
-    multipliers = orbits.multipliers(point)
-    return SpecialPoint(
-        type=kind,
-        name=CONTACT_TYPES[kind].title,
-        model=model,
-        vary=branch.vary,
-        value=model.values[branch.vary],
-        uncertainty=np.inf,
-        period=branch.period,
-        nodes=orbits.evenly(point.z),
-        multipliers=multipliers,
-        multiplier_uncertainty=np.full(len(multipliers), np.inf),
-        residual=point.residual,
-        arclength=point.arclength,
-        stuck_fraction=0.0,
-    )
+    own = replace(point, curve=curve.orbits)
+    found = bare(Found(kind, own, np.inf), np.inf, np.inf)
+    value = found.model.values[branch.vary]
+    return replace(found, vary=branch.vary, value=value, stuck_fraction=0.0)
 
 
 FRACTIONS = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))

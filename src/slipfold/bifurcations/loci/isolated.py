@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,7 +12,6 @@ import numpy as np
 from slipfold.arrays import Array, Indices
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.response import trace_response
-from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.bifurcations.loci.fan import FanLine, extended
@@ -156,7 +156,10 @@ def follow_isolated(
             for orbit in other_orbits(
                 at, known, starts.number(number * ISOLATED.places + i), periods
             ):
-                branches = _through(orbit, line.vary, value, span, plane.settings)
+                begin, branches = Begin(value, orbit=orbit), tuple[Branch, ...]()
+                with suppress(InputError):  # it cannot be taken up
+                    given = orbit.model, line.vary, span
+                    branches = trace_response(*given, settings=plane.settings, begin=begin)
                 have = lines[number].branches
                 lines[number] = replace(line, branches=(*have, *branches))
                 if lines[number].interrupted:
@@ -245,15 +248,3 @@ def _advanced(model: Model, states: Array, periods: int) -> Array:
         states = np.full_like(states, np.nan)
         states[going] = ends
     return states
-
-
-def _through(
-    orbit: PeriodicOrbit, vary: str, value: float, span: tuple[float, float], settings: Settings
-) -> tuple[Branch, ...]:
-    """Follow an orbit across the window; nothing where it cannot be taken up."""
-    try:
-        return trace_response(
-            orbit.model, vary, span, settings=settings, begin=Begin(value, orbit=orbit)
-        )
-    except InputError:
-        return ()
