@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic
 
 from slipfold.continuation.curve import P
@@ -41,12 +41,12 @@ class FollowedCurve(Generic[P]):
         return any(end and end.kind == "interrupted" for end in (self.started, self.traced.end))
 
 
+@dataclass(eq=False)
 class CurveSet(ABC, Generic[P]):
     """Curves followed from starts and from their special points, each of them once."""
 
-    def __init__(self) -> None:
-        self.curves: list[FollowedCurve[P]] = []
-        self.leads: dict[Found[P], list[int]] = {}
+    curves: list[FollowedCurve[P]] = field(default_factory=list, init=False)
+    leads: dict[Found[P], list[int]] = field(default_factory=dict, init=False)
 
     @abstractmethod
     def trace(self, start: Start[P], point: P) -> TracedCurve[P]:

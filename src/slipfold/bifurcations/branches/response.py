@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -112,35 +113,28 @@ def _checked(
     return model.replace(**{vary: first}), first, last
 
 
+@dataclass(eq=False)
 class BranchTree(CurveSet[OrbitPoint]):
     """The branches of a response, each from a point of another, while they are followed."""
 
-    def __init__(
-        self,
-        parameter: Parameter,
-        span: tuple[float, float],
-        settings: Settings,
-        events: Sequence[Event],
-        observer: Observer | None,
-        through_stick: bool,
-    ) -> None:
-        super().__init__()
-        self._through_stick = through_stick
-        self._parameter, self._span = parameter, span
-        self._settings = settings
-        self._events = events
-        self._observer = observer
-        self._junctions: list[Junction] = []
-        self._met: set[Found | None] = set()  # branch points that known branches pass as well
+    parameter: Parameter
+    span: tuple[float, float]
+    settings: Settings
+    events: Sequence[Event]
+    observer: Observer | None
+    through_stick: bool
+    _junctions: list[Junction] = field(default_factory=list, init=False)
+    # Branch points that known branches pass as well
+    _met: set[Found | None] = field(default_factory=set, init=False)
 
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
-        orbits, settings, departs = start.curve, self._settings, start.departs
+        orbits, settings, departs = start.curve, self.settings, start.departs
         several = isinstance(start, Junction) and start.several
         return follow(
             orbits,
             point,
-            orbits.bounds(self._span),
+            orbits.bounds(self.span),
             partial(self._monitors, first=point, departs=departs, several=several),
             settings=settings,
             departs=departs,
@@ -148,8 +142,8 @@ class BranchTree(CurveSet[OrbitPoint]):
             if departs
             else None,
             cap=step_beside_parent if has_image(orbits) else None,
-            endings=BranchEndings(self._span, settings),
-            otherwise=Change(settings, through_stick=self._through_stick).otherwise,
+            endings=BranchEndings(self.span, settings),
+            otherwise=Change(settings, through_stick=self.through_stick).otherwise,
             on_step=self._report,
         )
 
@@ -178,11 +172,11 @@ class BranchTree(CurveSet[OrbitPoint]):
         if several or not departs:  # a simple branch point at which it starts is found again
             monitors.append(Returns(orbits, CLOSED, singular=several))
         monitors.append(stop_at_limit)
-        monitors += [*events_on(orbits, self._events), Bifurcations(orbits, self._span)]
+        monitors += [*events_on(orbits, self.events), Bifurcations(orbits, self.span)]
         if orbits.model.forced:
             monitors.append(stop_undetermined)
         if orbits.free_phase:
-            largest = self._settings.largest_duration
+            largest = self.settings.largest_duration
             monitors.append(partial(stop_near_homoclinic, largest=largest))
         return [*monitors, stop_in_family]
 
@@ -197,7 +191,7 @@ class BranchTree(CurveSet[OrbitPoint]):
             if other is not followed
             for found in other.traced.found
         )
-        new, copies = junctions_on(followed, self._settings, known), list[Junction]()
+        new, copies = junctions_on(followed, self.settings, known), list[Junction]()
         for i, junction in enumerate(new):
             other = find_meeting(junction, [*self._junctions, *new[:i]])
             if other is not None and other.parent is not None and other.found != junction.found:
@@ -224,33 +218,33 @@ class BranchTree(CurveSet[OrbitPoint]):
         return assemble(self.curves, self.leads, started, known, self._report_orbits)
 
     def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
-        if self._observer is None:
+        if self.observer is None:
             return
         period, value = traced.curve.period, traced.curve.value(traced.points[-1].z)
         curves = *(followed.traced for followed in self.curves), traced
         names = tuple(name for each in curves for name in _names(each))
         at = len(self.curves) + 1, period, len(traced.points), value, names
-        self._observer(branch_progress(self._parameter, *at))
+        self.observer(branch_progress(self.parameter, *at))
 
     def _report_described(
         self, followed: FollowedCurve[OrbitPoint], found: Found, done: int
     ) -> None:
         """Report which special point is described next; not after an interruption."""
-        if self._observer is None or self.interrupted:
+        if self.observer is None or self.interrupted:
             return
         total = sum(len(each.traced.found) for each in self.curves)
         traced, value = followed.traced, found.point.curve.value(found.point.z)
         at = followed.number, traced.curve.period, len(traced.points), value, _names(traced)
-        self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
+        self.observer(branch_progress(self.parameter, *at, "normal forms", done, total))
 
     def _report_orbits(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
         """Report for how many points of a branch all states are computed."""
-        if self._observer is None or self.interrupted:
+        if self.observer is None or self.interrupted:
             return
         traced = followed.traced
         total, value = len(traced.points), traced.curve.value(traced.points[done - 1].z)
         at = followed.number, traced.curve.period, total, value, _names(traced)
-        self._observer(branch_progress(self._parameter, *at, "orbits", done, total))
+        self.observer(branch_progress(self.parameter, *at, "orbits", done, total))
 
 
 def _names(traced: TracedCurve[OrbitPoint]) -> tuple[str, ...]:

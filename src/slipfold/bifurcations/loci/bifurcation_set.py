@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -80,7 +80,8 @@ def find_bifurcation_set(
     settings = replace(settings or Settings(), largest_period=max(followed))
     if model.estimated_scales is None:
         model = measured_across(model, plane, window)
-    search = _Search(Plane(model, plane, window, settings, observer), types, periods, every)
+    at = Plane(model, plane, window, settings, observer)
+    search = _Search(at, types, periods, every, GrazingEnds(at))
     loci = search.follow_loci()
     if search.lines and not any(line.branches or line.sticking for line in search.lines):
         raise InputError(
@@ -106,32 +107,32 @@ def _no_regions(model: Model, types: Sequence[str], periods: Sequence[int]) -> s
     )
 
 
+@dataclass(eq=False)
 class _Search:
     """The state of a search for the loci in a window."""
 
-    def __init__(
-        self, plane: Plane, types: Sequence[str], periods: Sequence[int], every: bool
-    ) -> None:
-        self._plane, self._types, self._periods = plane, types, periods
-        self._every = every  # also changes of contacts of responses that stick already
-        self._grazing = GrazingEnds(plane)
-        self._remarks: list[str] = []
-        self.lines: list[FanLine] = []
-        self._apart: list[FanLine] = []  # equilibria that no line leads to, if cycles leave them
-        self.interrupted = False
+    plane: Plane
+    types: Sequence[str]
+    periods: Sequence[int]
+    every: bool  # also changes of contacts of responses that stick already
+    grazing: GrazingEnds
+    lines: list[FanLine] = field(default_factory=list)
+    interrupted: bool = False
+    _apart: list[FanLine] = field(default_factory=list)  # equilibria off the lines, with cycles
+    _remarks: list[str] = field(default_factory=list)
 
     def follow_loci(self) -> tuple[Locus, ...]:
         """Follow each locus as soon as a response has a point of it, and report it at once."""
-        plane, stops = self._plane, list[KeyboardInterrupt]()
+        plane, stops = self.plane, list[KeyboardInterrupt]()
         points = (
             point
             for point in until_interrupted(self._points(), stops)
-            if point.type in self._types
-            and point.period in self._periods
+            if point.type in self.types
+            and point.period in self.periods
             and plane.contains([point.model.values[name] for name in plane.names])
         )
         loci = follow_found(
-            points, plane, self._types, max(self._periods), self._remarks, through_stick=True
+            points, plane, self.types, max(self.periods), self._remarks, through_stick=True
         )
         loci = without_duplicates(loci, plane.window)
         stopped = [*(line.interrupted for line in self.lines), *(each.interrupted for each in loci)]
@@ -140,8 +141,8 @@ class _Search:
 
     def _points(self) -> Iterator[SpecialPoint]:
         """Yield the special points of responses, and the grazing points near their ends."""
-        plane, lines = self._plane, self.lines
-        if not plane.model.forced and max(self._periods) > 0:
+        plane, lines = self.plane, self.lines
+        if not plane.model.forced and max(self.periods) > 0:
             # Equilibria come first: they take seconds, cycles near homoclinic orbits minutes.
             equilibria = replace(plane, settings=replace(plane.settings, largest_period=0))
             for number, line in enumerate(at_rest(equilibria, LINES)):
@@ -154,32 +155,32 @@ class _Search:
             if line.interrupted:
                 return
             yield from self._on(line.branches)
-        others = follow_isolated(plane, lines, everywhere=bool(self._grazing.points))
+        others = follow_isolated(plane, lines, everywhere=bool(self.grazing.points))
         for branch in others if plane.model.forced else ():
             yield from self._on([branch])
         for branch in follow_sticking(plane, lines):
-            yield from points_in_stick(branch, self._every)
+            yield from points_in_stick(branch, self.every)
 
     def _on(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
         yield from (point for branch in branches for point in branch.special)
-        if any(kind in self._types for kind in MET):
-            yield from self._grazing.near(branches)
+        if any(kind in self.types for kind in MET):
+            yield from self.grazing.near(branches)
 
     def _across(self) -> Iterator[FanLine]:
         """Follow responses across the window, one after the other."""
-        yield from follow_fan(self._plane, LINES)
-        if not self._plane.model.forced:
-            yield from follow_settled(self._plane, self.lines)
-        if self._plane.settings.largest_period > 0:
-            yield from (with_cycles(self._plane, line) for line in self._apart)
+        yield from follow_fan(self.plane, LINES)
+        if not self.plane.model.forced:
+            yield from follow_settled(self.plane, self.lines)
+        if self.plane.settings.largest_period > 0:
+            yield from (with_cycles(self.plane, line) for line in self._apart)
 
     def map_regions(self, loci: Sequence[Locus]) -> RegionMap | None:
         """Label the regions between loci; return None if that is interrupted."""
         try:
-            middle = np.mean(self._plane.window, axis=1)
+            middle = np.mean(self.plane.window, axis=1)
             text = f"between {len(loci)} loci"
-            self._plane.report("regions", 0, None, middle, text, loci=loci)
-            return map_regions(self._plane, loci, self.lines, self._grazing.points)
+            self.plane.report("regions", 0, None, middle, text, loci=loci)
+            return map_regions(self.plane, loci, self.lines, self.grazing.points)
         except KeyboardInterrupt:
             self.interrupted = True
             return None
@@ -187,7 +188,7 @@ class _Search:
     def missing(self, loci: Sequence[Locus]) -> tuple[str, ...]:
         """Return a sentence for each point or response that could not be followed."""
         failures = [line.failure for line in self.lines[sum(LINES) :] if line.failure]
-        ends = [text for line in self.lines for text in unfinished(self._plane, line, loci)]
+        ends = [text for line in self.lines for text in unfinished(self.plane, line, loci)]
         return tuple(dict.fromkeys([*self._remarks, *failures, *ends]))
 
 

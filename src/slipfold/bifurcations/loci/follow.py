@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from slipfold.arrays import Array
@@ -253,35 +253,29 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
             )
 
 
+@dataclass(eq=False)
 class _Loci(CurveSet[OrbitPoint]):
     """Loci followed so far, and how they are followed."""
 
-    def __init__(
-        self,
-        plane: Plane,
-        types: Sequence[str],
-        largest_period: int,
-        through_stick: bool,
-        events: Sequence[Event],
-    ) -> None:
-        super().__init__()
-        self._plane, self._settings = plane, plane.settings
-        self._through_stick, self._events = through_stick, events
-        self._types, self._largest_period = types, largest_period
-        self._lines = 0  # followed so far, one in each direction
-        self._bases: dict[str, Model] = {}
+    plane: Plane
+    types: Sequence[str]
+    largest_period: int
+    through_stick: bool
+    events: Sequence[Event]
+    lines: int = 0  # followed so far, one in each direction
+    _bases: dict[str, Model] = field(default_factory=dict)
 
     def taken_up(self, point: SpecialPoint) -> tuple[LocusEquations, Array]:
         """Return the equations of a point's locus, and the point as an unknown of theirs.
 
         Those of a kind share one model, so that unknowns compare.
         """
-        plane = dict(zip(self._plane.names, self._plane.size.tolist(), strict=True))
+        plane = dict(zip(self.plane.names, self.plane.size.tolist(), strict=True))
         given = {name: point.model.values[name] for name in OWN if not point.model.forced}
-        own = self._plane.model.replace(**given)
+        own = self.plane.model.replace(**given)
         kind = "rests" if rests(point.model, point.nodes) else "moves"
         base = self._bases.setdefault(kind, own)
-        orbits, z = as_unknown(point, base, plane, self._settings)
+        orbits, z = as_unknown(point, base, plane, self.plane.settings)
         return equations_of(orbits, point, z), z
 
     def start(
@@ -289,36 +283,36 @@ class _Loci(CurveSet[OrbitPoint]):
     ) -> LocusStart | InputError:
         """Return the first point of a locus, by collocation where shooting does not find it."""
         try:
-            return regular_start(curve, z, self._settings)
+            return regular_start(curve, z, self.plane.settings)
         except InputError as error:
-            given = self._settings.discretization != "automatic" or not curve.orbits.by.smooth
+            given = self.plane.settings.discretization != "automatic" or not curve.orbits.by.smooth
             if given or curve.orbits.kind == "equilibrium":
                 return error
             refusal = error
         try:
             orbits, z = on_a_mesh(curve.orbits, point)
-            return regular_start(curve.with_orbits(orbits), z, self._settings)
+            return regular_start(curve.with_orbits(orbits), z, self.plane.settings)
         except BREAKDOWNS:
             return refusal
 
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a locus in one direction."""
         assert isinstance(start, LocusStart)
-        orbits, settings, window = start.curve.orbits, self._settings, self._plane.window
+        orbits, settings, window = start.curve.orbits, self.plane.settings, self.plane.window
         traced = follow(
             start.curve,
             point,
             orbits.bounds(*window),
-            lambda curve: _monitors(curve, settings, self._events),
+            lambda curve: _monitors(curve, settings, self.events),
             settings=settings,
             departs=start.departs,
             first_step=start.step,
             cap=step_beside_parent if has_image(orbits) else None,
             endings=_LocusEndings(window, settings),
-            otherwise=Change(settings, through_stick=self._through_stick).otherwise,
+            otherwise=Change(settings, through_stick=self.through_stick).otherwise,
             on_step=self._report,
         )
-        self._lines += 1
+        self.lines += 1
         if start.crosses and point is start.points[0]:
             traced.found[:0] = _crossed(traced, start)
         return traced
@@ -331,22 +325,22 @@ class _Loci(CurveSet[OrbitPoint]):
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""
         number = followed.number
-        if followed.interrupted or not self._types:
+        if followed.interrupted or not self.types:
             return ()
         starts = [
             replace(start, found=found)
             for found in followed.traced.found
             if not isinstance(found, Happened)
-            for start in _starts(followed.traced.curve, found, self._types, self._settings)
+            for start in _starts(followed.traced.curve, found, self.types, self.plane.settings)
         ]
         curve = followed.traced.curve
-        ends = [parents_of(curve, last, self._settings) for last in followed.traced.reached]
+        ends = [parents_of(curve, last, self.plane.settings) for last in followed.traced.reached]
         starts += [start for start in ends if start is not None]
         wanted = [
             start
             for start in starts
-            if start.curve.condition in self._types
-            and start.curve.orbits.period <= self._largest_period
+            if start.curve.condition in self.types
+            and start.curve.orbits.period <= self.largest_period
         ]
         return [
             replace(start, rank=(*followed.start.rank, i), parent=number)
@@ -404,18 +398,18 @@ class _Loci(CurveSet[OrbitPoint]):
             return
         curve = followed.traced.curve
         total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)
-        self._plane.report("normal forms", done, total, pair_of(curve, point), title_of(curve))
+        self.plane.report("normal forms", done, total, pair_of(curve, point), title_of(curve))
 
     def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
-        if self._plane.observer is None:
+        if self.plane.observer is None:
             return
         curve = traced.curve
         names = "".join(f", {found.type}" for found in traced.found)
         start, last = (pair_of(curve, point) for point in (traced.points[0], traced.points[-1]))
         title = title_of(curve)
         text = f"{title}, {len(traced.points)} points{names}"
-        line = LocusLine(self._lines, curve.condition, curve.orbits.period, title, start)
-        self._plane.report("loci", len(self.curves), None, last, text, line=line)
+        line = LocusLine(self.lines, curve.condition, curve.orbits.period, title, start)
+        self.plane.report("loci", len(self.curves), None, last, text, line=line)
 
 
 def title_of(curve: LocusEquations) -> str:
