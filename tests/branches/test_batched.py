@@ -31,13 +31,13 @@ def scattered(count, seed):
     ]
 
 
-def batched(models, vary="Nd", span=SPAN, settings=None, whole=False):
-    return follow_batch(models, vary, span, settings or sf.Settings(), whole=whole)
+def batched(models, vary="Nd", span=SPAN, settings=None, wanted="special"):
+    return follow_batch(models, vary, span, settings or sf.Settings(), wanted=wanted)
 
 
 def branches_of(models):
     """All branches of each case as data."""
-    return [case.assembled("Nd", SPAN[0]) for case in batched(models, whole=True)]
+    return [case.assembled("Nd", SPAN[0]) for case in batched(models, wanted="orbits")]
 
 
 def assert_alike(response, branches, width):
@@ -135,7 +135,7 @@ def test_a_result_does_not_depend_on_its_batch():
 
 def test_a_branch_that_is_followed_to_its_loss_of_stability_ends_there():
     models, settings = scattered(8, seed=3), sf.Settings(largest_period=1)
-    for case in follow_batch(models, "Nd", SPAN, settings, to_loss=True):
+    for case in follow_batch(models, "Nd", SPAN, settings, wanted="loss"):
         (branch,) = case.branches
         assert (case.failure, branch.end) == ("", "loss")
         before, after = (branch.orbits.value(z) for z, _, _ in branch.steps[-2:])

@@ -161,7 +161,7 @@ class ThresholdSearch:
         ready = [at for at in seeds if self.kinds[at] == INTERRUPTED]
         if ready:
             models, settings = [self._model(at) for at in ready], Settings(largest_period=1)
-            cases = follow_batch(models, self.vary, self.span, settings, to_loss=True)
+            cases = follow_batch(models, self.vary, self.span, settings, wanted="loss")
             paths = [self._path(case) for case in cases]
             known = [at for at, path in zip(ready, paths, strict=True) if path is not None]
             if known:

@@ -225,7 +225,7 @@ class ResponseWork(LossWork):
     def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Follow ordinary responses as a batch."""
         settings = Settings(largest_period=self.largest_period)
-        cases = follow_batch(models, self.vary, self.ends, settings, whole=False)
+        cases = follow_batch(models, self.vary, self.ends, settings, wanted="special")
         losses = [self.batched_loss(case) for case in cases]
         return [
             None if loss is None else self._case(model, loss, case.special, 0)
@@ -255,7 +255,7 @@ class ThresholdWork(LossWork):
     def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Follow ordinary responses as a batch, each until it loses its stability."""
         settings = Settings(largest_period=1)
-        cases = follow_batch(models, self.vary, self.ends, settings, to_loss=True)
+        cases = follow_batch(models, self.vary, self.ends, settings, wanted="loss")
         losses = [self.batched_loss(case) for case in cases]
         return [
             None if loss is None else self.case(model, _loss_values(loss))

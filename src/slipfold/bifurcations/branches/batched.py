@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -47,6 +48,10 @@ from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 Report = Callable[[str, float], None]
 """Called with the stage of the computation and the finished fraction of it."""
+
+
+Wanted = Literal["orbits", "special", "loss"]
+"""What a batch is to find: all orbits, the special points, or where stability is lost alone."""
 
 
 @dataclass(eq=False)
@@ -93,13 +98,12 @@ def follow_batch(
     settings: Settings,
     report: Report = lambda stage, fraction: None,
     *,
-    whole: bool = True,
-    to_loss: bool = False,
+    wanted: Wanted = "orbits",
 ) -> list[BatchedCase]:
     """Follow the responses of models of one kind, with all orbits or with special points alone.
 
-    If `to_loss`, a branch ends where it first loses its stability; its orbits are not refined, nor
-    are special points described.
+    If the loss is wanted alone, a branch ends where it first loses its stability, and special
+    points are not described.
     The results of a case do not depend on the other cases. The shorter periods come first.
     """
     report("equations", 0.0)
@@ -118,17 +122,17 @@ def follow_batch(
     orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
     branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
     while branches:
-        walk = Walk(orbits, branches, span, settings.steps, to_loss)
+        walk = Walk(orbits, branches, span, settings.steps, to_loss=wanted == "loss")
         walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
         report(stage, 0.0)
         locate_bifurcations(orbits, cases, branches, span, tolerance)
-        if whole and not to_loss:
+        if wanted == "orbits":
             report(stage, 0.5)
             refine_points(orbits, cases, branches, tolerance)
         branches = doubled_branches(cases, orbits.period, settings)
         orbits = orbits.of_period(2 * orbits.period)
-    if not to_loss:
+    if wanted != "loss":
         report("normal forms", 0.0)
         followed = [item for case in cases if not case.failure for item in case.branches]
         results = [found for branch in followed for found in branch.found]

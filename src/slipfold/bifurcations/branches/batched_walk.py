@@ -145,7 +145,8 @@ class Walk(FrontEquations):
         branches: Sequence[BatchedBranch],
         span: tuple[float, float],
         steps: Steps,
-        to_loss: bool = False,
+        *,
+        to_loss: bool,
     ) -> None:
         k = len(branches)
         self._orbits, self._branches, self._to_loss = orbits, branches, to_loss
