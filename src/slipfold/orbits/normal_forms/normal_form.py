@@ -86,12 +86,10 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficient:
         if not orbits.free_phase or kind != "PD":
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
         return _judged(kind, *ReturnChain(orbits, point.z, orbits.scales).doubling(ratios))
-    q, _, value = critical = critical_vectors(matrix, distance)
+    q, p, value = critical = critical_vectors(matrix, distance)
+    coefficient = yield from _FORMS[kind](map_, matrix, critical)
     if kind == "LP":
-        pull = map_.mapped(_parameter_pull(linearization))
-        coefficient = yield from _fold(map_, critical, pull)
-    else:
-        coefficient = yield from _FORMS[kind](map_, matrix, critical)
+        coefficient *= float(np.sign(p.real @ map_.mapped(_parameter_pull(linearization))))
     if isinstance(map_, ReturnMap):
         size = map_.length(q, value, linearization.product, ratios)
     else:
@@ -166,14 +164,8 @@ def _parameter_pull(linearization: Linearization) -> Array:
     return pull
 
 
-def _fold(map_: MapDerivatives, critical: Critical, pull: Array) -> Form[float]:
-    """Find the quadratic coefficient of a fold. Shapes: pull (n,)."""
-    q, p, _ = critical
-    second, _ = yield map_, "powers", q.real[None]
-    return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
-
-
-def _transcritical(map_: MapDerivatives, _matrix: Array, critical: Critical) -> Form[float]:
+def _quadratic(map_: MapDerivatives, _matrix: Array, critical: Critical) -> Form[float]:
+    """Coefficient of second order; that of a fold has the sign of the parameter's pull as well."""
     q, p, _ = critical
     second, _ = yield map_, "powers", q.real[None]
     return float(0.5 * (p.real @ second[0]))
@@ -193,7 +185,7 @@ def _pitchfork(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[
 
 def _crossing(map_: MapDerivatives, matrix: Array, critical: Critical) -> Form[float]:
     """Cubic coefficient of a branch point if it is a pitchfork, NaN of a transcritical one."""
-    quadratic = yield from _transcritical(map_, matrix, critical)
+    quadratic = yield from _quadratic(map_, matrix, critical)
     if abs(quadratic) > FORMS.symmetric:
         return np.nan
     return (yield from _pitchfork(map_, matrix, critical))
@@ -232,7 +224,8 @@ _FORMS: dict[str, Callable[[MapDerivatives, Array, Critical], Form[float]]] = {
     "PD": _doubling,
     "NS": _torus,
     "BP": _crossing,
-    "transcritical": _transcritical,
+    "LP": _quadratic,
+    "transcritical": _quadratic,
     "pitchfork": _pitchfork,
 }
 
@@ -318,10 +311,9 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> Coefficien
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(orbits.scales)) + field.jacobian
     critical = critical_vectors(matrix, _distance(kind))
+    coefficient = yield from _FORMS[kind](field, matrix, critical)
     if kind == "LP":
-        coefficient = yield from _fold(field, critical, field.pull)
-    else:
-        coefficient = yield from _FORMS[kind](field, matrix, critical)
+        coefficient *= float(np.sign(critical[1].real @ field.pull))
     size = float(np.linalg.norm(critical[0] * ratios))
     return _judged(kind, coefficient, size)
 
