@@ -38,6 +38,7 @@ def write(explorer, text):
 def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     page = editor.page
     given = page.locator(TEXT).input_value()
+    assert page.locator(TEXT).evaluate("(area) => area.selectionStart") == 0
     quintic = given.replace("- g*q^3", "- g*q^3 - e*q^5").replace("d = {", "e = 0.02\nd = {")
     write(editor, given.replace("k*q ", "k*qq "))
     expect(page.locator(".fault p")).to_contain_text("line 17, column 36: there is no name 'qq'")
@@ -94,7 +95,7 @@ def test_a_model_is_edited_undone_linked_saved_and_opened(editor, tmp_path):
     assert page.locator("header select").input_value() == "duffing"
 
 
-def test_the_file_of_the_server_is_read_again(explorer, case_file):
+def test_the_file_of_the_server_is_read_again(explorer, new_tab, case_file):
     page = explorer.open("model=hostile").page
     page.get_by_role("button", name="Edit the model").click()
     expect(page.locator(TEXT)).to_have_value(HOSTILE)
@@ -103,6 +104,14 @@ def test_the_file_of_the_server_is_read_again(explorer, case_file):
         with explorer.redrawn():
             page.get_by_role("button", name="Reload").click()
         assert explorer.parameter("F") == 0.3
+        # A page whose editor is opened after that has the model that was.
+        other = new_tab.open("model=hostile").page
+        other.get_by_role("button", name="Edit the model").click()
+        expect(other.locator(".editor .actions")).to_contain_text("The file has changed")
+        assert new_tab.parameter("F") == 0.2
+        with new_tab.redrawn():
+            other.get_by_role("button", name="Apply").click()
+        assert new_tab.parameter("F") == 0.3
     finally:
         case_file.write_text(HOSTILE)
     page.get_by_role("button", name="Close the editor").click()

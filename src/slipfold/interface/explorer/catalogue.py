@@ -41,6 +41,9 @@ class Catalogue:
         if given is not None:
             _check_variable(given)
         self._file = (given, file)
+        self.text: str | None = None  # of the file, as the model was made of it
+        if file is not None and file.is_file():
+            self.text = file.read_text("utf-8", "replace").removeprefix("\ufeff")
         built_in = {name: make() for name, make in built_in_models().items()}
         first = {} if given is None else {_key(given.name): given}
         self._models: Mapping[str, Model] = {**first, **built_in, **first}
@@ -114,9 +117,8 @@ class Catalogue:
     def describe(self) -> list[dict[str, Any]]:
         """Return all models as plain data for the page."""
         result = [_described(name, model) for name, model in self._models.items()]
-        if self._file[1] is not None:
-            text = self._file[1].read_text(encoding="utf-8", errors="replace")
-            result[0]["files"] = files_of(text, self.folder)
+        if self.text is not None:
+            result[0]["files"] = files_of(self.text, self.folder)
         return result
 
     def _written(self, text: str, label: str = "") -> Model:

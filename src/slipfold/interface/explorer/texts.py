@@ -40,8 +40,10 @@ def answered(catalogue: Catalogue, request: PostedRequest) -> Any:
         return measurements_view(parse_measurement(request.measurements, request.name, model))
     if isinstance(request, TextRequest):
         model = catalogue.model(request.model, {}, request.text)
-        text = request.text or text_of(model, catalogue.file(model))
-        return {"text": text, **equations_of(model, text)}
+        file = None if request.text else catalogue.file(model)
+        text = request.text or text_of(model, file)
+        given = text if file is None else catalogue.text
+        return {"text": text, "given": given, **equations_of(model, text)}
     if isinstance(request, LawRequest):
         model = catalogue.model(request.model, {}, request.text)
         if isinstance(model, SlidingOscillator) and request.text is None:

@@ -225,8 +225,9 @@ export class ModelEditor {
       const answer = await this.#ask(model);
       if (model !== this.#session.model) return;
       this.#fileName = null;
-      this.#adopt(model, answer.text);
-      this.#showState("");
+      this.#adopt(model, answer.text, answer.given);
+      this.#text.setSelectionRange(0, 0); // it begins with what the model is
+      this.#showState(this.#isChanged ? "The file has changed; Apply takes what is new in it." : "");
     } catch (error) {
       this.#refuse(error.message);
     }
@@ -261,10 +262,11 @@ export class ModelEditor {
     else await this.apply();
   }
 
-  #adopt(model, text = this.#text.value) {
+  /** @param {string} [given] what the model was made of: its file may have changed since */
+  #adopt(model, text = this.#text.value, given = text) {
     this.#shown = model;
     if (this.#text.value !== text) this.#text.value = text;
-    this.#text.dataset.given = text;
+    this.#text.dataset.given = given;
     this.#changed();
   }
 
