@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
 from numbers import Integral, Real
-from textwrap import fill
 from typing import Annotated, Any, ForwardRef, TypeVar, cast, get_args
 
 from slipfold.errors import InputError
+from slipfold.read_only import with_parameters
 
 SIMILAR = 0.8
 """Minimum similarity of a word that counts as a misspelled argument."""
@@ -141,17 +141,15 @@ def documented(function: Function) -> Function:
     ...
     slipfold.errors.InputError: seed = -1 is not a whole number of at least 0; give one
     """
-    lines, options = ["Parameters", "----------"], dict[str, Option]()
+    meanings, options = dict[str, str](), dict[str, Option]()
     signature = resolved(function)
     for item in signature.parameters.values():
         name = "**" * (item.kind is item.VAR_KEYWORD) + item.name
         option = declared(item.annotation)
         if option is not None:
             options[name] = option
-        text = USUAL[name] if option is None else option.help
-        lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
-    before, after = inspect.cleandoc(function.__doc__ or "").split("\nReturns\n", 1)
-    function.__doc__ = "\n".join([before.rstrip("\n"), "", *lines, "", "Returns", after])
+        meanings[name] = USUAL[name] if option is None else option.help
+    function.__doc__ = with_parameters(function.__doc__, meanings)
 
     @wraps(function)
     def checked(*given: Any, **named: Any) -> Any:

@@ -27,33 +27,44 @@ def _make_bare(kind: type[Documented]) -> None:
     kind.__annotations__ |= {name: hint.__origin__ for name, hint in found.items()}
 
 
-def _entry(lines: list[str], name: str, text: str) -> None:
-    """Add an entry of a section; without a text it shares that of the entry before."""
-    if text:
-        lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
-    else:
-        lines[-2] += f", {name}"
+SECTIONS = ("Parameters", "Returns", "Raises", "Notes", "References", "Examples")
+"""Sections of docstrings, in their order."""
+
+
+def with_section(doc: str, title: str, body: str, between: str = "\n\n") -> str:
+    """Return a docstring with a section; one that is there has more at its beginning."""
+    head = f"\n{title}\n{'-' * len(title)}\n"
+    before, there, after = doc.partition(head)
+    if there:
+        return f"{before}{head}{body}{between}{after}"
+    later = "|".join(SECTIONS[SECTIONS.index(title) + 1 :])
+    section = re.search(rf"\n({later})\n-+\n", doc)
+    end = section.start() if section else len(doc)
+    return f"{doc[:end].rstrip()}\n{head}{body}\n{doc[end:]}"
+
+
+def with_parameters(doc: str | None, meanings: Mapping[str, str]) -> str:
+    """Return a docstring with parameters by name; an empty text is that of the one before."""
+    lines = list[str]()
+    for name, text in meanings.items():
+        if text:
+            lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+        else:
+            lines[-2] += f", {name}"
+    text = cleandoc(doc or "")
+    return with_section(text, SECTIONS[0], "\n".join(lines), "\n") if lines else text
 
 
 def _describe(method: Any) -> None:
     """Add parameters to the docstring of a method whose types say what they mean."""
-    lines = list[str]()
+    meanings = {}
     for name, hint in method.__annotations__.items():
         note = getattr(method.__globals__.get(hint), "__metadata__", (None,))[0]
         if isinstance(note, str) and name != "return":
-            _entry(lines, name, note)
+            meanings[name] = note
             method.__annotations__[name] = method.__globals__[hint].__origin__
-    if not lines:
-        return
-    text = cleandoc(method.__doc__ or "")
-    head = "\nParameters\n----------\n"
-    if head in text:
-        before, after = text.split(head)
-    else:
-        section = re.search(r"\n(Returns|Raises|Notes|References|Examples)\n-+\n", text)
-        end = section.start() if section else len(text)
-        before, after = text[:end].rstrip("\n") + "\n", text[end:]
-    method.__doc__ = "\n".join([before + head.rstrip("\n"), *lines, after])
+    if meanings:
+        method.__doc__ = with_parameters(method.__doc__, meanings)
 
 
 class Documented:
@@ -72,28 +83,21 @@ class Documented:
             return
         for method in filter(isfunction, vars(cls).values()):
             _describe(method)
-        text = cleandoc(cls.__doc__ or "")
-        section = re.search(r"\n(Notes|References|Examples)\n-+\n", text)
-        before, after = (
-            (text[: section.start()], text[section.start() :]) if section else (text, "")
-        )
         if "Annotated" in str(get_annotations(cls)):
             _make_bare(cls)
-        if "\nParameters\n" in before or not any(vars(k).get("_annotated") for k in cls.__mro__):
+        own = "\nParameters\n" in cleandoc(cls.__doc__ or "")
+        if own or not any(vars(k).get("_annotated") for k in cls.__mro__):
             return
-        hints = field_hints(cls)
-        lines = [before.rstrip("\n"), "", "Parameters", "----------"]
-        for name in hints:
-            if get_origin(hints[name]) is not ClassVar:
-                shared = getattr(hints[name], "__metadata__", ()) == ("",)
-                text = "" if shared else cls._field_text(name, hints[name])
+        meanings = {}
+        for name, hint in field_hints(cls).items():
+            if get_origin(hint) is not ClassVar:
+                shared = getattr(hint, "__metadata__", ()) == ("",)
+                text = "" if shared else cls._field_text(name, hint)
                 if shared or text:  # classes derived from a base say what its fields mean
-                    _entry(lines, name, text)
+                    meanings[name] = text
+        cls.__doc__ = with_parameters(cls.__doc__, meanings)
         if more := cls._more_notes():
-            lines += ["", "Notes", "-----", fill(more, 96)]
-            if section and section[1] == "Notes":
-                after = "\n" + after.removeprefix(section[0])
-        cls.__doc__ = "\n".join(lines) + f"\n{after}"
+            cls.__doc__ = with_section(cls.__doc__, "Notes", fill(more, 96))
 
     @classmethod
     def _more_notes(cls) -> str:

@@ -1,6 +1,7 @@
 """A bifurcation set put together by hand, and a comparison of such diagrams."""
 
 import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -176,7 +177,7 @@ def assert_same(one, other, where="diagram"):
         for field in dataclasses.fields(one):
             name = field.name
             assert_same(getattr(one, name), getattr(other, name), f"{where}.{name}")
-    elif isinstance(one, dict):
+    elif isinstance(one, Mapping):
         assert list(one) == list(other), where
         assert_same(tuple(one.values()), tuple(other.values()), where)
     elif isinstance(one, tuple):

@@ -108,7 +108,11 @@ def test_a_number_given_as_text_is_refused():
             "choose = ['Vd'] is not by na",
         ),
         ("design", {"choose": {}, "load": 0.02, "outside": 0.05}, "outside = 0.05 are not two val"),
-        ("measure", {"values": [0.01], "quantities": "max y", "errors": "1mm"}, "are not numbers"),
+        (
+            "measure",
+            {"values": [0.01], "quantities": "max y", "errors": "1mm"},
+            "do not fit the quantities",
+        ),
         ("study", {"given": 3}, "3 is not a study"),
     ],
 )

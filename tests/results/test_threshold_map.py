@@ -9,31 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
+from helpers.locus_diagrams import assert_same
 from helpers.threshold_maps import KINDS, REASON, made_map
-from slipfold import SlidingOscillator, ThresholdMap, load
-
-
-def assert_same(one, other):
-    for field in dataclasses.fields(ThresholdMap):
-        a, b = getattr(one, field.name), getattr(other, field.name)
-        if field.name == "over":
-            assert list(a) == list(b)
-            assert all(np.array_equal(a[name], b[name]) for name in a)
-        elif not isinstance(a, np.ndarray):
-            assert a == b, field.name
-        elif a.dtype.kind == "c":
-            assert np.array_equal(a.real, b.real, equal_nan=True)
-            assert np.array_equal(a.imag, b.imag, equal_nan=True)
-        else:
-            assert np.array_equal(a, b, equal_nan=a.dtype.kind == "f"), field.name
-            assert a.dtype.kind == b.dtype.kind, field.name
-
-
-def saved(tmp_path, found):
-    path = tmp_path / "map.nc"
-    found.save(path)
-    return path
-
+from slipfold import SlidingOscillator, load
 
 # -- computed ----------------------------------------------------------------------------------
 

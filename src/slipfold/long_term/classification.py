@@ -30,6 +30,7 @@ class CLASSIFICATION:
     zero: float = 3e-4  # largest exponent per period of a torus, and its largest error
     shrunk: float = 0.9  # largest fraction of its distance that a converging trajectory keeps
     recent: int = 48  # last periods in which a trajectory must repeat
+    longest: int = 16  # period that is looked for
     classes: int = 24  # states are averaged by their number modulo this: shows its divisors
     stuck: int = 32  # periods with stick after which a trajectory is left
     batch: int = 2048  # trajectories; an interruption loses at most one batch
@@ -38,7 +39,7 @@ class CLASSIFICATION:
     margin: int = 2  # cells between a place and the border of its region
 
 
-def repeats_of(model: ScaledStates, states: Array, longest: int = 16) -> Indices:
+def repeats_of(model: ScaledStates, states: Array) -> Indices:
     """Return the period of each trajectory in states; 0 where it is unknown.
 
     The change over a period is an error of the integration, or it shrinks so fast that the changes
@@ -51,7 +52,7 @@ def repeats_of(model: ScaledStates, states: Array, longest: int = 16) -> Indices
     count = states.shape[-2]
     result = np.zeros(states.shape[:-2], np.int64)
     changes, left = {}, np.zeros(states.shape[:-2])
-    for period in range(1, min(longest, count // 3) + 1):
+    for period in range(1, min(CLASSIFICATION.longest, count // 3) + 1):
         change = distances(model, states[..., period:, :], states[..., :-period, :])
         width = max(change.shape[-1] // 3, 1)
         first, last = change[..., :width].max(axis=-1), change[..., -width:].max(axis=-1)

@@ -22,6 +22,7 @@ from slipfold.flow.simulate import (
     reaches_stick_limit,
     starts_in_slip,
 )
+from slipfold.models.angles import embedded
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.progress import Observer, Progress
@@ -123,13 +124,7 @@ def rotation_of(states: Array, scales: Array, angle_periods: Array) -> Rotation 
     """
     if len(states) < 4:  # half of them have no spectrum
         return None
-    angles = angle_periods > 0
-    parts = [
-        states[:, ~angles] / scales[~angles],
-        np.cos(states[:, angles]),
-        np.sin(states[:, angles]),
-    ]
-    signal = np.concatenate(parts, axis=1)
+    signal = embedded(states, scales, angle_periods)
     # Lines near a resonance lie close together.
     signal = signal[-min(65536, (len(signal) + 1) // 2) :]
     count = len(signal)

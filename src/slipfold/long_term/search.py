@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -222,16 +223,10 @@ class _Search:
                 self._report()
 
 
-def _counted(observer: Observer | None, before: int, starts: int, total: int) -> Observer | None:
-    """Return an observer of some starts, of which `before` are done, out of all."""
-    if observer is None:
-        return None
-
-    def report(progress: Progress) -> None:
-        done = before + progress.done * starts // (progress.total or 1)
-        observer(replace(progress, done=done, total=total))
-
-    return report
+def _report_part(observer: Observer, before: int, starts: int, total: int, part: Progress) -> None:
+    """Report the progress of some starts, before which others are done, out of all."""
+    done = before + part.done * starts // (part.total or 1)
+    observer(replace(part, done=done, total=total))
 
 
 def _paced(model: Model, starts: Array) -> Model:
@@ -371,7 +366,8 @@ def find_fractions(
             model.replace(**{vary: float(value)}),
             np.concatenate([continued, starts]),
             periods,
-            _counted(observer, index * len(starts), len(starts), labels.size),
+            observer
+            and partial(_report_part, observer, index * len(starts), len(starts), labels.size),
         )
         if result.interrupted:
             interrupted = True

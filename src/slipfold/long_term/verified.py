@@ -25,7 +25,7 @@ from slipfold.long_term.attractor import (
     stroboscopic_states,
 )
 from slipfold.long_term.exponents import find_exponents, growth_from, growth_through_stick
-from slipfold.models.angles import distances, wrap_angles
+from slipfold.models.angles import distances, embedded, wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.kinds import any_parameter, orbits_at
@@ -299,10 +299,7 @@ class CloudRegion(AttractorRegion):
 
     def _embedded(self, states: Array) -> Array:
         """Return scaled states, with angles on circles."""
-        turning = self._whole > 0
-        angles = states[..., turning]
-        parts = [states[..., ~turning] / self._scales[~turning], np.cos(angles), np.sin(angles)]
-        return np.concatenate(parts, axis=-1)
+        return embedded(states, self._scales, self._whole)
 
 
 def _farthest(nearer: Callable[[float], bool], tried: float) -> float:

@@ -57,6 +57,14 @@ def mean_state(states: Array, periods: Array) -> Array:
     return np.asarray(last + wrap_angles(states - last, periods).mean(axis=0))
 
 
+def embedded(states: Array, scales: Array, periods: Array) -> Array:
+    """Return scaled states, with angles on circles. Shapes: states (..., n); others (n,)."""
+    angles = periods > 0
+    turning = states[..., angles]
+    parts = [states[..., ~angles] / scales[~angles], np.cos(turning), np.sin(turning)]
+    return np.concatenate(parts, axis=-1)
+
+
 def count_revolutions(difference: Array, periods: Array) -> Array:
     """Return the revolutions in differences (..., n) of states with periods (n,)."""
     return np.round(difference / np.where(periods > 0, periods, np.inf))

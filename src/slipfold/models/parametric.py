@@ -8,16 +8,12 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from functools import cache, cached_property
-from textwrap import fill
 from typing import Any, ClassVar, Self
 
 from slipfold.errors import InputError, unknown
 from slipfold.models.quantities import Parameter
 from slipfold.models.units import parse_quantity
-from slipfold.read_only import Documented
-
-SECTIONS = ("Raises", "References", "Examples")
-"""Headings of docstrings that follow the section on parameters."""
+from slipfold.read_only import Documented, with_parameters
 
 SYMBOL = re.compile(r"^\$([^_]+)_?\{?(\\?\w*(?:\{\w*\})?)\}?\$$")
 """A symbol in mathtext: what the number of its part goes below."""
@@ -68,14 +64,15 @@ class Parametric(Documented):
         """Complete the section on parameters in the docstring."""
         super().__init_subclass__(**options)
         bases = [base for base in reversed(cls.__mro__[1:]) if dataclasses.is_dataclass(base)]
-        known = [item for base in bases for item in fields(base)]
-        first = {item.name: item.metadata for item in known if not item.kw_only}
+        held = [item for base in bases for item in fields(base)]
+        first = {item.name: item.metadata for item in held if not item.kw_only}
         own = {name: vars(cls).get(name) for name in inspect.get_annotations(cls)}
         new = {name: getattr(item, "metadata", {}) for name, item in own.items()}
-        last = {item.name: item.metadata for item in known if item.kw_only}
-        cls.__doc__ = _completed(
-            inspect.cleandoc(cls.__doc__ or ""), {**first, **new, **last, **new}
-        )
+        last = {item.name: item.metadata for item in held if item.kw_only}
+        known = {**first, **new, **last, **new}
+        meanings = {name: _meaning(metadata) for name, metadata in known.items()}
+        said = {name: meaning for name, meaning in meanings.items() if meaning}
+        cls.__doc__ = with_parameters(cls.__doc__, said)
 
     def __post_init__(self) -> None:
         """Check the fields and convert what has a unit."""
@@ -205,20 +202,12 @@ def _several(value: Any) -> tuple[Parametric, ...]:
     return ()
 
 
-def _completed(doc: str, known: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return a docstring with the section on parameters, before the other sections."""
-    lines = []
-    for name, metadata in known.items():
-        parameter, meaning = metadata.get("parameter"), str(metadata.get("doc", ""))
-        if parameter is not None:
-            bounded = parameter.bounds != Parameter("", 0.0).bounds
-            unit = f", in {parameter.unit}" if parameter.unit else ""
-            meaning = parameter.doc + (f" ({parameter.bounds})" if bounded else unit)
-            meaning = meaning.replace("|", r"\|")  # else Sphinx takes it for a substitution
-        if meaning:
-            text = f"{meaning[0].upper()}{meaning[1:]}."
-            lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
-    starts = [at for name in SECTIONS if (at := doc.find(f"\n{name}\n---")) >= 0]
-    end = min(starts, default=len(doc))
-    section = "\n".join(["", "", "Parameters", "----------", *lines, ""]) if lines else ""
-    return f"{doc[:end].rstrip()}{section}{doc[end:]}"
+def _meaning(metadata: Mapping[str, Any]) -> str:
+    """Return what a field means, as a sentence."""
+    parameter, meaning = metadata.get("parameter"), str(metadata.get("doc", ""))
+    if parameter is not None:
+        bounded = parameter.bounds != Parameter("", 0.0).bounds
+        unit = f", in {parameter.unit}" if parameter.unit else ""
+        meaning = parameter.doc + (f" ({parameter.bounds})" if bounded else unit)
+        meaning = meaning.replace("|", r"\|")  # else Sphinx takes it for a substitution
+    return meaning and f"{meaning[0].upper()}{meaning[1:]}."

@@ -157,20 +157,7 @@ class ThresholdSearch:
     def _find_seeds(self) -> None:
         """Find the thresholds that all others are guessed from."""
         first, second = (seed_lines(len(values)) for values in self.values)
-        seeds = [(int(i), int(j)) for i in first for j in second]
-        ready = [at for at in seeds if self.kinds[at] == INTERRUPTED]
-        if ready:
-            models, settings = [self._model(at) for at in ready], Settings(largest_period=1)
-            cases = follow_batch(models, self.vary, self.span, settings, wanted="loss")
-            paths = [self._path(case) for case in cases]
-            known = [at for at, path in zip(ready, paths, strict=True) if path is not None]
-            if known:
-                where = tuple(np.array(known).T)
-                guess = Paths.joined([path for path in paths if path is not None])
-                parts = self._batch.find(self._parameters[where], self._scales[where], guess)
-                self._accept(parts, (where[0], where[1]))
-            self.report(self)
-        self._follow(ready)
+        self._follow([(int(i), int(j)) for i in first for j in second])
 
     def _path(self, case: BatchedCase) -> Paths | None:
         """Return the stable part of a response, None if it ends otherwise than at a doubling."""
@@ -247,8 +234,20 @@ class ThresholdSearch:
         self.multipliers[at], self.residuals[at] = parts.multipliers[found], parts.residuals[found]
 
     def _follow(self, points: list[tuple[int, int]]) -> None:
-        """Follow the responses of points that are still without a result."""
-        for at in [at for at in points if self.kinds[at] == INTERRUPTED]:
+        """Follow the responses of points that are still without a result, as a batch if it can."""
+        left = [at for at in points if self.kinds[at] == INTERRUPTED]
+        if left:
+            models, settings = [self._model(at) for at in left], Settings(largest_period=1)
+            cases = follow_batch(models, self.vary, self.span, settings, wanted="loss")
+            paths = [self._path(case) for case in cases]
+            known = [at for at, path in zip(left, paths, strict=True) if path is not None]
+            if known:
+                where = tuple(np.array(known).T)
+                guess = Paths.joined([path for path in paths if path is not None])
+                parts = self._batch.find(self._parameters[where], self._scales[where], guess)
+                self._accept(parts, (where[0], where[1]))
+            self.report(self)
+        for at in [at for at in left if self.kinds[at] == INTERRUPTED]:
             self.followed[at] = True
             model = self._model(at)
             try:

@@ -280,12 +280,12 @@ def _label(ax: Axes, which: Literal["x", "y"], label: str, *, angle: bool) -> No
     axis.set_label_text(label)
 
 
-def quantity_text(parameter: Parameter, value: float, digits: int = 4) -> str:
+def quantity_text(parameter: Parameter, value: float) -> str:
     """Return a value with its unit as figures show it, angles in degrees.
 
     >>> quantity_text(Parameter("alpha", 1.0, "rad"), 1.0471975511965976)
     '60°'
     """
     if parameter.unit == "rad":
-        return f"{np.degrees(value):.{digits}g}°"
-    return f"{value:.{digits}g}{' ' * bool(parameter.unit)}{parameter.unit}"
+        return f"{np.degrees(value):.4g}°"
+    return f"{value:.4g}{' ' * bool(parameter.unit)}{parameter.unit}"

@@ -44,13 +44,9 @@ def _eigenvalues(curve: Branch | Locus) -> Complex:
     return np.full(curve.multipliers.shape, complex(np.nan, np.nan)) if result is None else result
 
 
-def _stuck_fraction(curve: Any) -> Array:
-    own: Array | None = curve.stuck_fraction
+def _or_unknown(name: str, curve: Any) -> Array:
+    own: Array | None = getattr(curve, name)
     return np.full(len(curve), np.nan) if own is None else own
-
-
-def _measured(locus: Locus) -> Array:
-    return np.full(len(locus), np.nan) if locus.measured is None else locus.measured
 
 
 def _revolutions(branch: Branch) -> list[int]:
@@ -147,12 +143,12 @@ POINT = (
     Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined",
            when="locus"),
     Column("measured", REAL, "value of the quantity of a locus of extrema; NaN: another locus",
-           get=_measured, when="measured"),
+           get=partial(_or_unknown, "measured"), when="measured"),
     Column("criticality", TEXT, "empty: no meaning, or not known", derived=True, when="locus",
            get=lambda locus: [word or "" for word in locus.criticality]),
     Column("eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
            get=_eigenvalues, derived=True, head=None, when="cycle"),
-    replace(STUCK, get=_stuck_fraction),
+    replace(STUCK, get=partial(_or_unknown, "stuck_fraction")),
     Column("durations", REAL, "of one revolution; of an equilibrium, what multipliers are over",
            "s", get=_durations, name="duration", head=None, when="cycle"),
     RESIDUAL,

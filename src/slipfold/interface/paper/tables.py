@@ -11,13 +11,13 @@ from slipfold.interface.paper.cases import Case, Cases, Figure
 from slipfold.results.tables import Frame
 
 
-def number(value: float | None, missing: str = "none") -> str:
-    """Return a number with six digits, or what stands for none.
+def number(value: float | None) -> str:
+    """Return a number with six digits, or that there is none.
 
     >>> number(0.043578911491), number(None)
     ('0.0435789', 'none')
     """
-    return missing if value is None else f"{value:.6g}"
+    return "none" if value is None else f"{value:.6g}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
