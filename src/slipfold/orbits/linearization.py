@@ -301,12 +301,13 @@ class Linearization:
     def jacobian(self) -> Array:
         """All derivatives, shape (m n + d, m n + k)."""
         m, n, k = self.along.shape
-        size, node = m * n, np.arange(m)
+        size, width = m * n, m * n + k
         gradients = self.conditions.gradients
-        matrix = np.zeros((size + (0 if gradients is None else len(gradients)), size + k))
-        square = matrix[:size, :size].reshape(m, n, m, n)
-        square[node, :, node] = self.blocks
-        square[node, :, (node + 1) % m] -= np.eye(n)
+        matrix = np.zeros((size + (0 if gradients is None else len(gradients)), width))
+        square, flat = matrix[:size, :size].reshape(m, n, m, n), matrix.ravel()
+        np.einsum("jajb->jab", square)[:] = self.blocks
+        flat[n : (size - n) * width : width + 1] -= 1.0
+        flat[(size - n) * width : size * width : width + 1] -= 1.0  # the last ends at the first
         matrix[:size, size:] = self.along.reshape(size, k)
         if gradients is not None:
             matrix[size:] = gradients
