@@ -62,10 +62,11 @@ def describe(results: Sequence[Found]) -> list[SpecialPoint]:
     """Return located points with normal forms and uncertainties; what is alike is one batch."""
     searches = [_uncertainties(item) for item in results]
     known = corrected_together(searches, answers_of, BREAKDOWNS)
-    each = [
-        _uncertain(item, *(_unknown(item.point) if isinstance(own, Exception) else own))
-        for item, own in zip(results, known, strict=True)
-    ]
+    each = list[SpecialPoint]()
+    for found, own in zip(results, known, strict=True):
+        moved, uncertain = _unknown(found.point) if isinstance(own, Exception) else own
+        moved = np.inf if np.isnan(moved) else moved  # what is not a number is not known
+        each.append(bare(found, moved, _padded(found.point, uncertain)))
     return with_normal_forms(results, each)
 
 
@@ -218,12 +219,6 @@ def _named(found: Found) -> tuple[str, str]:
     if form in BIFURCATION_TYPES:
         return found.type, BIFURCATION_TYPES[form].title
     return found.type, form if form == "pitchfork" else f"{form} branch point"
-
-
-def _uncertain(found: Found, uncertainty: float, multiplier_uncertainty: Array) -> SpecialPoint:
-    """Return what was located with its uncertainties; what is not a number is not known."""
-    known = np.inf if np.isnan(uncertainty) else uncertainty
-    return bare(found, known, _padded(found.point, multiplier_uncertainty))
 
 
 def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
