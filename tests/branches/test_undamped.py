@@ -130,10 +130,14 @@ def flutter(damping: float = 0.0) -> sf.System:
     return sf.System(parameters={"m": 0.0, "k": 3.0}, states=states)
 
 
-def test_the_locus_of_flutter_without_damping_is_followed():
-    (point,) = sf.response(flutter(), "m", (0, 1)).branches[0].special
-    assert sf.gradients(point)["k"] == pytest.approx(0.5, abs=1e-12)
-    both = sf.bifurcation_set(flutter(), ("m", "k"), ((-1, 1), (1, 4))).loci
+@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_the_locus_of_flutter_without_damping_is_followed(whole):
+    responses = [sf.response(flutter(), "m", (0, end)).branches[0] for end in (1, -1)]
+    first, second = (point for branch in responses for point in branch.special)
+    assert sf.gradients(first)["k"] == pytest.approx(0.5, abs=1e-12)
+    plane = ("m", "k"), ((-1, 1), (1, 4))
+    alone = [sf.locus(point, *plane).loci[0] for point in (first, second)]
+    both = sf.bifurcation_set(flutter(), *plane).loci if whole else alone
     assert [locus.type for locus in both] == ["HB", "HB"]
     for locus in both:  # they cross at m = 0, where both frequencies are the same
         m, k = locus.values.T

@@ -62,11 +62,12 @@ def test_figures_show_the_window_and_a_detail(figure):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A small bifurcation set without regions, which take long; with what the observer saw."""
+    """One locus of a small window, since all of it takes long; with what the observer saw."""
     seen = []
     cases = Cases((SMALL,))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loci, "bifurcation_set", partial(sf.bifurcation_set, regions=False))
+        one = partial(sf.bifurcation_set, types="PD", periods=1, regions=False)
+        patch.setattr(loci, "bifurcation_set", one)
         return reproduce(tmp_path_factory.mktemp("planes"), seen.append, cases=cases), seen
 
 
