@@ -66,8 +66,7 @@ def made(tmp_path_factory):
     seen = []
     cases = Cases((SMALL,))
     with pytest.MonkeyPatch.context() as patch:
-        one = partial(sf.bifurcation_set, types="PD", periods=1, regions=False)
-        patch.setattr(loci, "bifurcation_set", one)
+        patch.setattr(loci, "bifurcation_set", partial(sf.bifurcation_set, types="PD", periods=1))
         return reproduce(tmp_path_factory.mktemp("planes"), seen.append, cases=cases), seen
 
 

@@ -5,10 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import optimize
 from scipy.stats import binom
 
 import slipfold as sf
-from slipfold.parameter_space import least_squares
+from slipfold.parameter_space import least_squares, stable_orbits
 
 DUFFING = sf.built_in_models()["duffing"]
 LINEAR = DUFFING(g=0.0, W=1.0, d=0.1)
@@ -51,14 +52,12 @@ def fitted(noisy):
 
 
 def test_a_fit_to_a_linear_oscillator_is_that_of_the_closed_form(noisy, fitted):
-    from scipy.optimize import least_squares
-
     F = LINEAR.F
 
     def away(u):
         return (amplitude(FREQUENCIES, *u, F) - noisy.measured[:, 0]) / 0.01
 
-    known = least_squares(away, [1.0, 0.1], xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    known = optimize.least_squares(away, [1.0, 0.1], xtol=1e-15, ftol=1e-15, gtol=1e-15)
     found = [fitted["k"].value, fitted["d"].value]
     # Least squares leave the square root of rounding times the error of a parameter.
     assert np.allclose(found, known.x, atol=1e-6 * fitted["d"].error, rtol=0)
@@ -74,8 +73,6 @@ def test_a_fit_to_a_linear_oscillator_is_that_of_the_closed_form(noisy, fitted):
 
 def profile_end(measurements, place, rise, guess):
     """End of an interval of the linear oscillator by its profile, from the closed form."""
-    from scipy.optimize import brentq, minimize_scalar
-
     bounds = [(0.5, 2.0), (0.02, 0.5)]
 
     def squares(u):
@@ -83,12 +80,14 @@ def profile_end(measurements, place, rise, guess):
 
     def profile(value):
         held = [lambda other: (value, other), lambda other: (other, value)][place]
-        return minimize_scalar(
+        return optimize.minimize_scalar(
             lambda other: squares(held(other)), bounds=bounds[1 - place], options={"xatol": 1e-10}
         ).fun
 
     best, far = guess
-    return brentq(lambda value: profile(value) - profile(best) - rise, best, far, xtol=1e-9)
+    return optimize.brentq(
+        lambda value: profile(value) - profile(best) - rise, best, far, xtol=1e-9
+    )
 
 
 def test_intervals_are_those_of_the_profile(noisy, fitted):
@@ -132,10 +131,8 @@ def test_what_far_from_a_resonance_is_known_of_damping_is_an_interval_to_its_bou
 
 def nearest_read(fit, d):
     """What the stable responses nearest to measurements are at another damping."""
-    from slipfold.parameter_space.stable_orbits import stable_orbits
-
     seen = fit.measurement
-    orbits = stable_orbits(fit.model.replace(d=d), "W", seen.values, seen.quantities)
+    orbits = stable_orbits.stable_orbits(fit.model.replace(d=d), "W", seen.values, seen.quantities)
     pairs = zip(orbits, seen.measured, strict=True)
     given = (([o.predicted for o in row], y) for row, y in pairs)
     return np.array([min(row, key=lambda r: abs(r - y)[0]) for row, y in given])
@@ -221,8 +218,6 @@ def test_equal_measurements_that_a_model_meets_are_not_said_to_be_far_from_it():
 
 
 def test_an_interrupted_branch_is_not_taken_for_a_whole_one(monkeypatch):
-    from slipfold.parameter_space import stable_orbits
-
     whole = stable_orbits.trace_response
 
     def interrupted(model, vary, span, **options):
@@ -295,8 +290,11 @@ def test_bounds_that_cannot_be_used(noisy, bounds, words):
 
 def test_too_few_readings_and_other_things_that_are_none(noisy):
     bounds = {"k": (0.5, 2), "d": (0.02, 0.5)}
-    with pytest.raises(sf.InputError, match="2 of 2 measurements, too few for 2 parameters"):
+    with pytest.raises(sf.InputError, match="2 measurements are too few for 2 parameters"):
         sf.fit(LINEAR, noisy.select(slice(2)), bounds)
+    three = replace(noisy.select(slice(3)), measured=noisy.measured[:3] * [[1], [100], [1]])
+    with pytest.raises(sf.InputError, match="explain 2 of 3 measurements, too few for 2 param"):
+        sf.fit(LINEAR, three, bounds)
     with pytest.raises(sf.InputError, match="is not a measurement"):
         sf.fit(LINEAR, [1, 2], bounds)
     errors = noisy.errors.copy()

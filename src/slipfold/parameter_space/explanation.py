@@ -72,6 +72,8 @@ class Weighted:
         measurements, errors = measurement.measured, measurement.errors
         there = np.isfinite(measurements)
         given = np.isfinite(errors) & there
+        if (count := there.sum()) <= len(bounds):
+            raise InputError(f"{count} measurements are too few for {len(bounds)} parameters")
         if given.any() and not (given == there).all():
             raise InputError(
                 f"{given.sum()} of {there.sum()} measurements have an error; give all or none"
