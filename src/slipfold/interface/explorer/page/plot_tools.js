@@ -296,6 +296,9 @@ const HIDDEN = 0.05;
 /** Points of a line under a text above which it is shortened. */
 const SHORTENED = 2;
 
+/** Points of a line under a text that are rather taken than that it stands as near to another marker. */
+const MISTAKEN = 6;
+
 /** Points of lines under texts above which one of them is left out. */
 const LEFT_OUT = 20;
 
@@ -314,13 +317,15 @@ const MOST_ORDERS = 20;
  * @returns {{text: string, position: string}[]} with plotly's `textposition`
  */
 export function labelPlaces(texts, lines, frame, others = []) {
-  const markers = [...texts.map(({ at }) => at), ...others].map((at) => boxAround(at, 10, 10));
+  const places = [...texts.map(({ at }) => at), ...others];
+  const markers = places.map((at) => boxAround(at, 10, 10));
   const ink = points(lines);
   pen.font = `${SIZE * typeScale()}px system-ui, sans-serif`;
   const offers = gathered(texts).map(({ words, at }) => words.flatMap((text, shortened) => POSITIONS.map((position, i) => {
     const box = boxAt(position, at, pen.measureText(text).width);
     const over = outside(box, frame) + 0.4 * overlap(box, markers) + inkUnder(box, ink);
-    return { text, position, box, cost: 0.3 * i + over + SHORTENED * shortened };
+    const isOther = places.some((place) => apart(place, at) >= CLOSE && distance(box, place) < distance(box, at) + 2);
+    return { text, position, box, cost: 0.3 * i + over + SHORTENED * shortened + MISTAKEN * isOther };
   })));
   const named = offers.flatMap(([{ text }], i) => (text ? [i] : []));
   const orders = named.length > MOST_ORDERS ? [named] : named.map((first) => [first, ...named.filter((i) => i !== first)]);
@@ -351,7 +356,7 @@ function inOrder(offers, order) {
 function gathered(texts) {
   const groups = [];
   for (const item of texts) {
-    const near = groups.find(([{ at: [x, y] }]) => Math.hypot(x - item.at[0], y - item.at[1]) < CLOSE);
+    const near = groups.find(([{ at }]) => apart(at, item.at) < CLOSE);
     if (near) near.push(item);
     else groups.push([item]);
   }
@@ -386,6 +391,14 @@ function outside([left, top, right, bottom], frame) {
   const [ends, floor] = [frame.left + frame.width, frame.top + frame.height];
   const beyond = [frame.left - left, frame.top - top, right - ends, bottom - floor].map((value) => Math.max(value + CLEAR, 0));
   return 100 * beyond.reduce((sum, value) => sum + value, 0);
+}
+
+function apart([x, y], [a, b]) {
+  return Math.hypot(x - a, y - b);
+}
+
+function distance([left, top, right, bottom], [x, y]) {
+  return Math.hypot(Math.max(left - x, 0, x - right), Math.max(top - y, 0, y - bottom));
 }
 
 function overlap(box, others) {
