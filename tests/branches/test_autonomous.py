@@ -216,3 +216,29 @@ def test_a_hopf_point_beside_a_fast_decay_is_found_within_a_short_span():
     (hopf,) = sf.response(system, "mu", (-1e-3, 1e-3)).branches[0].special
     assert hopf.type == "HB"
     assert abs(hopf.value) < 1e-4  # rounding of the fast rates is 1e-5 of the slow ones
+
+
+FAULT = """
+[parameters]
+k = 4e9
+V0 = 1e-6
+[states]
+u = {{ rate = "V0 - v", start = 7e-4{} }}
+v = {{ rate = "(k*u - 5e6*(0.6 + 0.01*log(v/V0) + 0.015*log(V0*th/1e-5)))/1e3", start = 1e-6 }}
+th = {{ rate = "1 - v*th/1e-5", start = 10{} }}
+"""
+
+
+@pytest.mark.parametrize("scales", [("", ""), (", scale = 1e-3", ", scale = 10")])
+def test_creep_of_a_fault_with_hardly_any_inertia_has_its_hopf_point(scales):
+    # Rate-and-state friction. A rate of 5e7/s beside 0.07/s holds the slip speed, which the change
+    # of k would move a thousand times as fast.
+    fault = sf.System.from_toml(FAULT.format(*scales))
+    creep = sf.response(fault, "k", (4e9, 1e9)).branches[0]
+    (hopf,) = creep.special
+    decay = 0.01 * 5e6 / (1e3 * 1e-6)
+    exact = 1e3 * (7.5e6 - 0.1 * decay) * (1 + 0.1 / decay)  # Routh
+    assert hopf.type == "HB"
+    assert hopf.value == pytest.approx(exact, rel=1e-6)  # an error of the fast rate is 2e-7
+    assert abs(hopf.value - exact) < hopf.uncertainty
+    assert "missing" not in creep.stopped.reason

@@ -102,7 +102,7 @@ class Undescribed(Polynomials):
 class Imprecise(Polynomials):
     """A curve whose residual no step makes smaller."""
 
-    def residual(self, defect):
+    def residual(self, z, defect):
         return 1e-9
 
 

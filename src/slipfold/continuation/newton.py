@@ -84,7 +84,7 @@ class NewtonEquations(ABC):
     def linearize(self, z: Array) -> Linearized:
         """Return the same with its derivatives."""
 
-    def residual(self, defect: Array) -> float:
+    def residual(self, z: Array, defect: Array) -> float:
         """Return the residual of an unknown, in the norm that tolerances refer to."""
         return float(np.abs(defect).max())
 
@@ -150,7 +150,7 @@ def correct(
         arrived = moved <= NEWTON.still or (left <= NEWTON.exact and isnan(moved))
         arrived = arrived or NEWTON.stalled * previous < moved < NEWTON.rounding
         if arrived and length_of(z) < NEWTON.farthest:
-            mismatch = equations.residual(defect)
+            mismatch = equations.residual(z, defect)
             if mismatch <= tolerance:
                 z, failure = z if isnan(moved) else z + step, ""
                 if not moved <= NEWTON.still:  # derivatives are those of where it ends

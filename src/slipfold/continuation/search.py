@@ -180,7 +180,9 @@ def slope_at(
     """Return the derivative of a function of points at its zero between two of them.
 
     It is the secant to the nearest other point that is so far apart, or else that of the two.
+    Points far from the origin, in the scales of the unknown, are known less well.
     """
+    apart *= max(1.0, float(np.linalg.norm(point.z)))
 
     def away(item: P) -> float:
         return abs(item.arclength - point.arclength)

@@ -80,17 +80,21 @@ class Paced(Eigenvalues):
 class Cayley(Eigenvalues):
     r"""The eigenvalues of Cayley's transform, for which no frequency is too high.
 
-    .. math:: M = (I - A)^{-1} (I + A), \quad A = J / (2 \, ||J||)
+    .. math:: M = (I - A)^{-1} (I + A), \quad A = J / (2 r)
 
-    with the Jacobian J in scaled states and its Frobenius norm. It has a derivative,
-    :math:`dM = (I - A)^{-1} dA (I + M)`, in which the norm may be taken as constant: multiplied by
-    any number, eigenvalues on the imaginary axis stay there.
+    with the Jacobian J in scaled states and its Frobenius norm r, or less beside decay that is much
+    faster than all vibrations. It has a derivative, :math:`dM = (I - A)^{-1} dA (I + M)`, in which
+    r may be taken as constant: multiplied by any number, eigenvalues on the imaginary axis stay
+    there.
     """
 
     def unit(self, jacobian: Array) -> float:
         """Return the unit of time, in the model's durations."""
         size = float(np.linalg.norm(jacobian))
-        return 1.0 / max(size, UNIT.slow) if np.isfinite(size) else np.nan
+        if not np.isfinite(size):
+            return np.nan
+        turning = _turning(np.linalg.eigvals(jacobian)) / UNIT.slowest
+        return 1.0 / max(min(size, turning or size), UNIT.slow)
 
     def turn(self, multiplier: complex) -> float:
         """Return the same: the transform takes i w, over the unit of time, to 2 arctan(w/2)."""
@@ -164,11 +168,11 @@ def transition(jacobian: Array) -> Array:
     return np.asarray(expm(jacobian), dtype=float)
 
 
-def unit_of_time(jacobian: Array, pushed: float = 0.0) -> float:
+def unit_of_time(jacobian: Array, push: Array | None = None) -> float:
     """Return a time over which the multipliers of an equilibrium are well separated, in s.
 
-    At a fold all rates may vanish: there it is set by `pushed`, the rate, in scales of the states,
-    at which the change of a parameter moves it. Shapes: jacobian (n, n).
+    At a fold all rates may vanish: there it is set by `push`, the rates at which the change of a
+    parameter moves the equilibrium, in scales of the states. Shapes: jacobian (n, n), push (n,).
     """
     if not np.isfinite(jacobian).all():
         return 1.0
@@ -176,8 +180,21 @@ def unit_of_time(jacobian: Array, pushed: float = 0.0) -> float:
     rate = max(_turning(values), float(values.real.max()), float(np.sort(np.abs(values))[0]))
     straight = np.abs(values.imag) <= UNIT.vibrates * np.abs(values).max()
     decay = float(np.abs(values[straight]).max(initial=0.0))
-    rate = max(rate, min(decay, rate / UNIT.slowest), UNIT.slowest * pushed)
+    rate = max(rate, min(decay, rate / UNIT.slowest))
+    if push is not None:
+        rate = max(rate, _rate_of_motion(jacobian, push, rate))
     return UNIT.angle / rate if rate > 0 and math.isfinite(rate) else 1.0
+
+
+def _rate_of_motion(jacobian: Array, push: Array, least: float) -> float:
+    """Return the rate at which a push moves the state far, where fast decay does not oppose it."""
+    rate, identity = UNIT.slowest * float(np.abs(push).max()), np.eye(len(jacobian))
+    while rate > least:
+        moved = np.linalg.solve(rate / 2 * identity - jacobian, push)
+        if UNIT.slowest * np.abs(moved).max() > 1:
+            break
+        rate /= 2
+    return rate
 
 
 def _turning(values: NDArray[Any]) -> float:

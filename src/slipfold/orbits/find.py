@@ -342,7 +342,7 @@ class _Search:
 
     def _mismatch(self, orbits: Orbits, z: Array) -> float:
         with np.errstate(all="ignore"):
-            return orbits.residual(orbits.defect(z))
+            return orbits.residual(z, orbits.defect(z))
 
     def _as_orbit(self, orbits: Orbits, correction: Correction) -> PeriodicOrbit:
         failure, duration = correction.failure, orbits.duration(correction.z)

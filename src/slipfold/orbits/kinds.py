@@ -289,6 +289,16 @@ class Equilibria(Orbits):
         """Return the derivatives of the rates per unit of time, shape (n, n), in scaled states."""
         return self.by.jacobian(self.nodes(z), self.constants(z))
 
+    def magnified(self, z: Array) -> Array:
+        """Return how fast each rate changes, where that is more than once in the unit of time."""
+        return np.maximum(1.0, np.abs(self.jacobian(z)).sum(axis=1))
+
+    def exponent_size(self, z: Array) -> float:
+        """Return the norm of the balanced Jacobian, per unit of time, at least one."""
+        from scipy.linalg import matrix_balance  # slow to import, for equilibria alone
+
+        return max(1.0, float(np.linalg.norm(matrix_balance(self.jacobian(z))[0], 2)))
+
     def rounding(self, z: Array) -> float:
         """Return what rounding of the Jacobian does to the pair of eigenvalues nearest critical."""
         at = self.nodes(z), self.by.start, self.constants(z)

@@ -226,10 +226,10 @@ class OrbitCurve(Curve[OrbitPoint]):
         falls = (bounds > 0) & (slopes < 0)
         return float((outputs[2][falls] / -slopes[falls]).min(initial=np.inf))
 
-    def residual(self, defect: Array) -> float:
+    def residual(self, z: Array, defect: Array) -> float:
         """Return the largest mismatch, in the scales of the states."""
         missed, finer = np.abs(defect), self.orbits.finer
-        missed[: len(finer)] *= finer
+        missed[: len(finer)] *= finer / self.orbits.magnified(z)
         return float(missed.max()) * float(np.sqrt(self.orbits.segments))
 
     def place(self, z: Array) -> tuple[float, ...]:
@@ -397,6 +397,14 @@ class Orbits(OrbitCurve):
     def conditions(self, z: Array) -> Conditions:
         """Return the equations besides those of the discretization."""
         return NO_CONDITIONS
+
+    def magnified(self, z: Array) -> float | Array:
+        """Return how many times larger than errors of the states mismatches are, shape (m n,)."""
+        return 1.0
+
+    def exponent_size(self, z: Array) -> float:
+        """Return the norm of a matrix whose exponential has the multipliers, at least one."""
+        return 1.0
 
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, shape (m n + `gauges`,)."""

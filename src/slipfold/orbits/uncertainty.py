@@ -33,14 +33,14 @@ SPREAD = 2.0
 """Two computations differ by a sample of both their errors; one twice as large is no surprise."""
 
 
-def multiplier_rounding(monodromy: Array, multipliers: Complex) -> Array:
+def multiplier_rounding(monodromy: Array, multipliers: Complex, size: float = 1.0) -> Array:
     r"""Return what rounding of the monodromy matrix can do to each multiplier, shape (n,).
 
     An eigenvalue with left and right vectors l, r moves by :math:`|l| |r| / |l^* r|` times the
-    change of the matrix, n roundings of its norm; where that grows without bound, two eigenvalues
-    meet and part like the square root of the change.
+    change of the matrix, n roundings of its norm, or of `size` if that is more; where that grows
+    without bound, two eigenvalues meet and part like the square root of the change.
     """
-    change = len(monodromy) * ROUNDING * max(1.0, float(np.linalg.norm(monodromy, 2)))
+    change = len(monodromy) * ROUNDING * max(size, float(np.linalg.norm(monodromy, 2)))
     try:
         values, right = np.linalg.eig(monodromy)
     except np.linalg.LinAlgError:
@@ -56,10 +56,18 @@ def multiplier_rounding(monodromy: Array, multipliers: Complex) -> Array:
     return np.asarray(moved[nearest], dtype=float)
 
 
-def multiplier_change(values: Complex, others: Complex, monodromy: Array) -> Array:
+def multiplier_change(
+    values: Complex, others: Complex, monodromy: Array, size: float = 1.0
+) -> Array:
     """Return how uncertain multipliers are that were computed twice, shape (n,)."""
     change = np.abs(values - match_multipliers(values, others))
-    return SPREAD * change + multiplier_rounding(monodromy, values)
+    return SPREAD * change + multiplier_rounding(monodromy, values, size)
+
+
+def change_at(point: OrbitPoint, again: OrbitPoint | Again) -> Array:
+    """Return how uncertain the multipliers of a point are that was computed twice, shape (n,)."""
+    size = point.curve.orbits.exponent_size(point.z)
+    return multiplier_change(point.multipliers, again.multipliers, point.monodromy, size)
 
 
 def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:

@@ -47,7 +47,7 @@ from slipfold.orbits.uncertainty import (
     Again,
     Request,
     answers_of,
-    multiplier_change,
+    change_at,
     recomputed,
     what_is_common,
 )
@@ -104,8 +104,7 @@ def _nowhere_critical(found: Found) -> tuple[float, Array]:
         moved += AT_ONCE if found.type in ("MEET", "STICK") else 0.0
     if isinstance(found, FoundGrazing):
         moved += float(found.place.error[-1]) + abs(found.place.z[-1] - found.point.z[-1])
-    uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
-    return float(moved) * orbits.width, uncertain
+    return float(moved) * orbits.width, change_at(point, again)
 
 
 def _met_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
@@ -273,8 +272,8 @@ def _uncertainties(found: Found) -> Uncertainties[tuple[float, Array]]:
     if again is None:
         return _unknown(point)
     rounding = again.rounding
-    uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
-    if not np.isfinite(uncertain).all():
+    uncertain = change_at(point, again)
+    if found.slope == 0 or not np.isfinite(uncertain).all():
         return _unknown(point)
     if other is None:
         if isinstance(found, Collision):  # two that meet are known to the root of what it is
@@ -285,7 +284,7 @@ def _uncertainties(found: Found) -> Uncertainties[tuple[float, Array]]:
             here, there = point.tests[test], again.tests[test]
             blurred = _blurred(test, point, uncertain)
         change = max(SPREAD * abs(there - here) + abs(here), blurred)
-        along = change / max(abs(found.slope), 1e-300)
+        along = change / abs(found.slope)
         rounding += along * abs(point.tangent[-1])
         rates = yield from _multiplier_rates(point, point.tangent)
         uncertain = uncertain + along * rates

@@ -93,7 +93,7 @@ def trace_mode(
     paced = there.replace(duration=unit_of_time(evaluation_of(there).jacobian(there, mode.rest)))
     orbits = Equilibria(paced, {XI.name: span[1] - span[0]})
     z = orbits.join(mode.rest[None], mode.xi)
-    residual, method = orbits.residual(orbits.defect(z)), partial(method_for, settings)
+    residual, method = orbits.residual(z, orbits.defect(z)), partial(method_for, settings)
     start = hopf_cycle(orbits, z, residual, method, frequency=mode.frequency)
     tree = _Modes(model.parameter(XI.name), span, settings, (event,), observer, False)
     tree.explore(Start(start.curve, (start,), departs=True))

@@ -17,7 +17,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured_within
 from slipfold.models.equilibria import search_equilibrium
-from slipfold.models.model import Model, evaluation_of
+from slipfold.models.model import Model
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import by_collocation, hold_parameter
 from slipfold.orbits.discretization import Cut, damps_stiff, is_stiff, scheme_for
@@ -208,12 +208,11 @@ def equilibrium_start(
             f"{near.tolist()} or around it; "
             + (model.advice or "give a start nearer to one, or start the span elsewhere")
         )
-    jacobian = evaluation_of(model).jacobian(model, state)
     width = {vary: abs(last - first)}
     unpaced = Equilibria(model, width)
     z = unpaced.join(state[None], first)
-    pushed = np.abs(unpaced.linearize(z).jacobian[:, -1]).max() / unpaced.unit(z)
-    orbits = Equilibria(model.replace(duration=unit_of_time(jacobian, pushed)), width)
+    rates = unpaced.linearize(z).jacobian / unpaced.unit(z)
+    orbits = Equilibria(model.replace(duration=unit_of_time(rates[:, :-1], rates[:, -1])), width)
     row = hold_parameter(orbits.size) * np.sign(last - first)
     correction = correct(orbits, orbits.join(state[None], first), row)
     if not correction.converged:
@@ -224,12 +223,19 @@ def equilibrium_start(
         )
     assert correction.bordered is not None  # it converged
     matrix = correction.bordered.matrix
-    if np.linalg.cond(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)) > WORST:
+    if np.linalg.cond(_equilibrated(matrix)) > WORST:
         raise InputError(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
             f"branch point; {model.advice or 'start the span near it'}"
         )
     return orbits, _first_point(orbits, correction, first)
+
+
+def _equilibrated(matrix: Array) -> Array:
+    """Return a matrix whose rows and columns have largest entries near one."""
+    for axis in (1, 0, 1):
+        matrix = matrix / np.abs(matrix).max(axis=axis, keepdims=True)
+    return matrix
 
 
 def _from_orbit(

@@ -125,7 +125,7 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
         )
         if set(tests) <= set(STANDING_STILL):  # less of a slope counts as none
             change = max(change, LOCUS.no_slope)
-        along = change / max(abs(found.slope), 1e-300)
+        along = change / abs(found.slope) if found.slope else np.inf
     moved = np.abs(again.z[-2:] - point.z[-2:]) + along * np.abs(point.tangent[-2:])
     moved = moved * curve.orbits.widths
     moved = np.where(np.isnan(moved), np.inf, moved)

@@ -120,8 +120,9 @@ def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
     effects = np.linalg.norm(jacobian[:, -2:], axis=0)
     if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < LOCUS.undefined:
         return True
-    scaled = jacobian.copy()
-    scaled[:, -2:] /= effects.max()
+    # A rate that changes fast holds its state as well as any other.
+    scaled = jacobian / np.maximum(1.0, np.linalg.norm(jacobian, axis=1, keepdims=True))
+    scaled[:, -2:] /= np.linalg.norm(scaled[:, -2:], axis=0).max()
     if curve.orbits.by.growing:  # what grows on the way round makes it as good as singular
         return False
     values = np.linalg.svd(scaled, compute_uv=False)

@@ -234,7 +234,7 @@ class Circles(Curve[Point]):
         jacobian[size:, :size] = self._kept
         return jacobian
 
-    def residual(self, defect: Array) -> float:
+    def residual(self, z: Array, defect: Array) -> float:
         """Return the largest mismatch, in scaled states."""
         return float(np.abs(defect).max()) * float(np.sqrt(self.count))
 
