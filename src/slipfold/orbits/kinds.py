@@ -293,11 +293,12 @@ class Equilibria(Orbits):
         """Return how fast each rate changes, where that is more than once in the unit of time."""
         return np.maximum(1.0, np.abs(self.jacobian(z)).sum(axis=1))
 
-    def exponent_size(self, z: Array) -> float:
-        """Return the norm of the balanced Jacobian, per unit of time, at least one."""
-        from scipy.linalg import matrix_balance  # slow to import, for equilibria alone
+    def fastest(self, z: Array) -> float:
+        """Return the fastest rate per unit of time, at least one: the Jacobian's size if balanced.
 
-        return max(1.0, float(np.linalg.norm(matrix_balance(self.jacobian(z))[0], 2)))
+        That is what rounding errors of the multipliers' exponents are relative to.
+        """
+        return max(1.0, float(np.abs(eigenvalues_of(self.jacobian(z))).max()))
 
     def rounding(self, z: Array) -> float:
         """Return what rounding of the Jacobian does to the pair of eigenvalues nearest critical."""

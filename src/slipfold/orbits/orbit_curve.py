@@ -402,10 +402,6 @@ class Orbits(OrbitCurve):
         """Return how many times larger than errors of the states mismatches are, shape (m n,)."""
         return 1.0
 
-    def exponent_size(self, z: Array) -> float:
-        """Return the norm of a matrix whose exponential has the multipliers, at least one."""
-        return 1.0
-
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, shape (m n + `gauges`,)."""
         return defect_of(self.by.mismatch(self.nodes(z), self.constants(z)), np.zeros(self.gauges))

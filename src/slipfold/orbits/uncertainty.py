@@ -21,7 +21,7 @@ from slipfold.orbits.continued import (
     parameter_rounding,
 )
 from slipfold.orbits.discretization import RADAU, Cut, damps_stiff
-from slipfold.orbits.kinds import ForcedOrbits, orbits_at
+from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_at
 from slipfold.orbits.modal_shooting import shooting_for
 from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_batch import EXACTLY, OrbitBatch
@@ -66,7 +66,8 @@ def multiplier_change(
 
 def change_at(point: OrbitPoint, again: OrbitPoint | Again) -> Array:
     """Return how uncertain the multipliers of a point are that was computed twice, shape (n,)."""
-    size = point.curve.orbits.exponent_size(point.z)
+    orbits = point.curve.orbits
+    size = orbits.fastest(point.z) if isinstance(orbits, Equilibria) else 1.0
     return multiplier_change(point.multipliers, again.multipliers, point.monodromy, size)
 
 
