@@ -428,14 +428,14 @@ def test_a_bogdanov_takens_point_of_a_symmetry_has_the_coefficients_of_its_form(
     # x'' = m x + b x' - x^3 - x^2 x'/2, whose other equilibria have Hopf points at b = m/2.
     states = {"x": "y", "y": "m*x + b*y - x^3 - 0.5*x^2*y"}
     model = sf.System(parameters={"m": -0.3, "b": -0.1}, states=states)
-    found = sf.locus(model, ("m", "b"), ((-0.35, 0.1), (-0.15, 0.1)))
-    hopf = of_type(found, "HB", "equilibrium")
-    assert len(hopf) == 2  # the images of the second have none of their own
-    assert hopf[1].values[:, 1] == pytest.approx(0.5 * hopf[1].values[:, 0], abs=1e-9)
-    points = [point for locus in found.loci for point in locus.special if point.type == "BT"]
-    for point in points:
-        assert point.values == pytest.approx((0, 0), abs=1e-9)
-        assert point.coefficients == pytest.approx({"c": -1, "d": -0.5})
+    given = points_of(model, "b", (-0.15, 0.1), "HB")
+    given += points_of(model.replace(b=0.02), "m", (-0.3, 0.1), "HB")
+    found = sf.locus(given, ("m", "b"), ((-0.35, 0.1), (-0.15, 0.1)))
+    _, other = of_type(found, "HB", "equilibrium")  # its images have none of their own
+    assert other.values[:, 1] == pytest.approx(0.5 * other.values[:, 0], abs=1e-9)
+    points = [(p.values, p.coefficients) for x in found.loci[:2] for p in x.special]
+    double_zero = pytest.approx((0, 0), abs=1e-9), pytest.approx({"c": -1, "d": -0.5})
+    assert points == [double_zero] * 2
 
 
 def test_what_is_found_in_both_directions_from_the_start_counts_once():
