@@ -11,6 +11,7 @@ from slipfold.errors import InputError
 from slipfold.interface.cli.commands import FILES, FRICTION, argument, given_text
 from slipfold.interface.cli.reading import find_model
 from slipfold.interface.cli.running import say, write_json
+from slipfold.text import PrintedTable
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
@@ -127,9 +128,5 @@ def _details(model: Model) -> str:
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return [
-        "  "
-        + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    table = PrintedTable(rows[0], rows[1:], rows[0]).text() if rows else []
+    return [f"  {line}" for line in table]

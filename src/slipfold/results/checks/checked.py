@@ -230,13 +230,10 @@ class Checked(OneLine, Documented):
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Checked:
         """Make it again from what `to_json` returned."""
-        checks = []
-        for each in data["checks"]:
-            known: dict[str, Any] = {
-                item.name: each[item.name] for item in fields(Check) if item.name in each
-            }
-            if known["difference"] is None:
-                known["difference"] = math.inf
-            checks.append(Check(**known))
+        own, known = {item.name for item in fields(Check)}, {"difference": math.inf}
+        checks = (
+            Check(**known | {key: each[key] for key in own & each.keys() if each[key] is not None})
+            for each in data["checks"]
+        )
         remark, stopped = str(data.get("remark", "")), bool(data.get("interrupted", False))
         return cls(tuple(checks), remark, stopped)
