@@ -50,3 +50,16 @@ def test_segments_become_short_where_perturbations_grow():
     assert better.edges[-1] == 1.0
     half = better.segments // 2  # the halves of a cycle have the same mesh
     assert better.edges[half:] - 0.5 == pytest.approx(better.edges[: half + 1], abs=1e-15)
+
+
+@pytest.mark.parametrize("segments", [1, 8])
+def test_a_cycle_is_itself_wherever_it_starts(segments):
+    # Of one segment it was taken for an equilibrium, which has no phase.
+    orbit = sf.periodic_orbit(model_named("stuart-landau"))
+    orbits = orbits_at(orbit.model, segments=segments)
+    known = orbits_at(orbit.model)
+    z = orbits.adopt(known, known.unknown(orbit.nodes, orbit.model))
+    later = orbits.by.states(orbits.nodes(z), orbits.constants(z), orbits.by.start + 0.3)
+    assert not orbits.stands(z)
+    assert orbits.distance(orbits.join(later, orbits.free_values(z)), z) < 1e-8
+    assert orbits.stands(orbits.join(np.zeros_like(later), orbits.free_values(z)))

@@ -231,7 +231,11 @@ class Cycles(PeriodicOrbits):
 
     def stands(self, z: Array) -> bool:
         """Whether a cycle has no amplitude: it is an equilibrium."""
-        return bool(np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING)
+        nodes = self.nodes(z)
+        apart = np.ptp(nodes / self.scales, axis=0)
+        if len(nodes) == 1:  # of one segment, which contacts that change cut further
+            apart = np.abs(self.by.rates(nodes, self.constants(z)))
+        return bool(apart.max() < STANDING)
 
     def started_near(self, z: Array, reference: Array) -> Array:
         """Return the same cycle started where it lies nearest to another."""
