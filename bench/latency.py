@@ -4,7 +4,8 @@
 
 The base case (Fig. 2 of the paper) with all special points; each move waits until the one before is
 on the screen, as a reader's eye does. The first curve after a move may be the one before, moved
-there: see docs/how-to/explorer.md. "followed" is the time until the one that continuation follows.
+there: see docs/how-to/explorer.md. "followed" is the time until the one that continuation follows;
+"locus" and "plane" are those from opening the page until its plane has a curve, and all of them.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 
 import machine
 from slipfold.version import package_version
@@ -74,6 +76,33 @@ def measure(page, count):
     return first, moved, followed
 
 
+SPEEDS = (0.6, 0.62, 0.64)
+"""Values of Vd with which the page is opened with its plane: the server keeps those it computed."""
+
+HAS_LOCUS = "() => document.querySelector('.plane-legend li')"
+IS_WHOLE = "() => Number(document.querySelector('.plane-plot')?.dataset.loci)"
+
+
+def measure_planes(browser, address):
+    """Times in ms from opening a page until its plane has a curve, and until it is whole."""
+    locus, whole = [], []
+    for speed in SPEEDS:
+        page = page_of(browser)
+        start = time.perf_counter()
+        page.goto(f"{address}#model=sliding&p.Vd={speed}")
+        for seen, times in ((HAS_LOCUS, locus), (IS_WHOLE, whole)):
+            page.wait_for_function(seen, timeout=300_000)
+            times.append(1000 * (time.perf_counter() - start))
+        page.close()
+    return locus, whole
+
+
+def page_of(browser):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
+    return page
+
+
 def address_of(server):
     return next(found[0] for line in server.stdout if (found := re.search(r"http://\S+", line)))
 
@@ -97,16 +126,16 @@ def main():
     ):
         try:
             browser = playwright.chromium.launch(executable_path=chromium, args=as_root)
-            page = browser.new_page(viewport={"width": 1280, "height": 800})
-            page.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
-            page.goto(f"{address_of(server)}#model=sliding&plane=none")
+            page, address = page_of(browser), address_of(server)
+            page.goto(f"{address}#model=sliding&plane=none")
             page.wait_for_selector(f"{PLOT}[data-drawn]")
             measure(page, 5)
             first, moved, followed = measure(page, count)
+            locus, plane = measure_planes(browser, address)
             browser.close()
         finally:
             server.terminate()
-    seconds = {"first": first, "followed": followed}
+    seconds = {"first": first, "followed": followed, "locus": locus, "plane": plane}
     record = {
         "version": package_version(),
         "machine": machine.description(),
