@@ -114,12 +114,13 @@ ONE = {"types": "pd", "periods": 1, "regions": False}
 
 
 def test_set_from_a_window(found, monkeypatch):
-    followed, through = [], isolated._through
-    monkeypatch.setattr(
-        isolated,
-        "_through",
-        lambda orbit, *to: followed.append(orbit.period) or through(orbit, *to),
-    )
+    followed, trace = [], isolated.trace_response
+
+    def watched(*given, begin, **options):
+        followed.append(begin.orbit.period)
+        return trace(*given, begin=begin, **options)
+
+    monkeypatch.setattr(isolated, "trace_response", watched)
     window = {"Nd": (0, "100mN"), "f": WINDOW[0]}
     diagram = bifurcation_set(SlidingOscillator(), PLANE, window, **ONE)
     assert set(followed) <= {1}  # motions of period 2 are there, and lead to nothing asked for
