@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 import slipfold as sf
 from helpers.by_hand.sliding import end_of
 from slipfold.models.registry import model_named
+from slipfold.orbits.eigenvalues import unit_of_time
 
 
 def special(diagram, kind, branch=None):
@@ -216,6 +217,23 @@ def test_a_hopf_point_beside_a_fast_decay_is_found_within_a_short_span():
     (hopf,) = sf.response(system, "mu", (-1e-3, 1e-3)).branches[0].special
     assert hopf.type == "HB"
     assert abs(hopf.value) < 1e-4  # rounding of the fast rates is 1e-5 of the slow ones
+
+
+@pytest.mark.parametrize(
+    ("jacobian", "push", "least", "largest"),
+    [
+        ([[0]], [5], 5e-3, 5e-3),
+        ([[-1e8, 0], [0, 0]], [1e9, 5e3], 5, 10),  # decay holds what is pushed far more
+        ([[1]], [2000], 1, 2),  # the rate would halve to the eigenvalue itself
+        ([[-1, 0], [0, 0]], [1e9, 0], 1e-9, 1e6),  # nothing moves along the line of equilibria
+        ([[0]], [np.inf], 0.8, 0.8),
+    ],
+)
+def test_the_unit_of_time_at_a_fold_is_that_of_motion_which_nothing_opposes(
+    jacobian, push, least, largest
+):
+    rate = 0.8 / unit_of_time(np.array(jacobian, float), np.array(push, float))
+    assert least * (1 - 1e-12) <= rate <= largest * (1 + 1e-12)
 
 
 FAULT = """

@@ -177,19 +177,20 @@ def unit_of_time(jacobian: Array, push: Array | None = None) -> float:
     if not np.isfinite(jacobian).all():
         return 1.0
     values = np.linalg.eigvals(jacobian)
-    rate = max(_turning(values), float(values.real.max()), float(np.sort(np.abs(values))[0]))
-    straight = np.abs(values.imag) <= UNIT.vibrates * np.abs(values).max()
+    sizes = np.sort(np.abs(values))
+    rate = max(_turning(values), float(values.real.max()), float(sizes[0]))
+    straight = np.abs(values.imag) <= UNIT.vibrates * sizes[-1]
     decay = float(np.abs(values[straight]).max(initial=0.0))
     rate = max(rate, min(decay, rate / UNIT.slowest))
     if push is not None:
-        rate = max(rate, _rate_of_motion(jacobian, push, rate))
+        rate = max(rate, _rate_of_motion(jacobian, push, max(rate, UNIT.vibrates * sizes[-1])))
     return UNIT.angle / rate if rate > 0 and math.isfinite(rate) else 1.0
 
 
 def _rate_of_motion(jacobian: Array, push: Array, least: float) -> float:
     """Return the rate at which a push moves the state far, where fast decay does not oppose it."""
     rate, identity = UNIT.slowest * float(np.abs(push).max()), np.eye(len(jacobian))
-    while rate > least:
+    while least < rate / 2 < np.inf:  # no eigenvalue is there
         moved = np.linalg.solve(rate / 2 * identity - jacobian, push)
         if UNIT.slowest * np.abs(moved).max() > 1:
             break

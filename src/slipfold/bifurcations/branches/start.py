@@ -234,7 +234,8 @@ def equilibrium_start(
 def _equilibrated(matrix: Array) -> Array:
     """Return a matrix whose rows and columns have largest entries near one."""
     for axis in (1, 0, 1):
-        matrix = matrix / np.abs(matrix).max(axis=axis, keepdims=True)
+        sizes = np.abs(matrix).max(axis=axis, keepdims=True)
+        matrix = matrix / np.where(sizes > 0, sizes, 1.0)
     return matrix
 
 
