@@ -399,6 +399,7 @@ def describe_in_turn(
 
 
 def _common(found: Found) -> Hashable:
+    """What a located point has in common with those that are described with it."""
     return what_is_common(found.point)
 
 
