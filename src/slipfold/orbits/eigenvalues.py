@@ -190,7 +190,7 @@ def unit_of_time(jacobian: Array, push: Array | None = None) -> float:
 def _rate_of_motion(jacobian: Array, push: Array, least: float) -> float:
     """Return the rate at which a push moves the state far, where fast decay does not oppose it."""
     rate, identity = UNIT.slowest * float(np.abs(push).max()), np.eye(len(jacobian))
-    while least < rate / 2 < np.inf:  # no eigenvalue is there
+    while 2 * least < rate / 2 < np.inf:  # far from any eigenvalue
         moved = np.linalg.solve(rate / 2 * identity - jacobian, push)
         if UNIT.slowest * np.abs(moved).max() > 1:
             break
