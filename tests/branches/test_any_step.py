@@ -19,7 +19,8 @@ def combinations():
     """All of each case; in every run one of the pairs, in turn."""
     for number, case in enumerate(CASES):
         for item in ALL:
-            often = item == PAIRS[number % 6]
+            # The last two are the only ones over the frequency.
+            often = item == PAIRS[number % 6] and number in (0, 1, 4, 5, 8, 9)
             yield pytest.param(*item, case, marks=[] if often else pytest.mark.long)
 
 
@@ -53,8 +54,8 @@ def test_same_special_points(largest, tolerance, backward, case):
         assert item[1] == pytest.approx(other[1], abs=1e-8)
 
 
-@pytest.mark.parametrize("case", CASES[:2], ids=str)
-def test_a_span_without_response_at_its_start_is_followed_from_its_end(case):
+def test_a_span_without_response_at_its_start_is_followed_from_its_end():
+    case = CASES[0]
     branches = traced(case, case.reverse)
     assert "from its other end" in branches[0].started.reason
     assert specials(branches) == specials(traced(case))

@@ -132,7 +132,7 @@ def test_a_breakdown_ends_a_locus_with_a_sentence(
     for from_call in (40, 150):
         with monkeypatch.context() as patch:
             _breaking(patch, routine, from_call)
-            found = sf.locus(diagram.special[0], ("f", "Nd"), ((12.3, 12.7), (0, 0.1)))
+            found = sf.locus(diagram.special[0], ("f", "Nd"), ((12.45, 12.55), (0, 0.1)))
         for locus in found.loci:
             assert locus.stopped.reason
             assert locus.started.reason

@@ -10,7 +10,7 @@ from slipfold.lines import branch_segments
 from slipfold.orbits.kinds import ForcedOrbits
 
 SPAN = (0, 0.9)
-CHANGES = [{"f": 12.51}, {"Vd": 0.62}, {"mu": 0.52}, {"alpha": 1.1}, {"Ns": 0.95}]
+CHANGES = [{"f": 12.51}, {"Ns": 0.95}]
 
 
 @pytest.fixture(scope="module")

@@ -65,7 +65,7 @@ def test_a_coefficient_is_the_same_all_round(kind, states, vary, span, start, du
     settled = sf.simulate(model, 60, start).states[-1]
     cycle = sf.periodic_orbit(model, state=settled, duration=duration)
     found = []
-    for state in cycle.sample(64)[1][::13]:
+    for state in cycle.sample(64)[1][::22]:
         again = sf.periodic_orbit(model, state=state, duration=cycle.model.duration)
         if contacts:  # it is followed through all modes
             again = StickSlipOrbit(again.model, 1, again.nodes, again.multipliers, again.residual)

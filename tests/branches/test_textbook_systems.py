@@ -11,8 +11,6 @@ from helpers.toy_models import LinearOscillator
 from slipfold import Settings, Steps
 from slipfold.bifurcations.branches.response import trace_response
 
-STEPS = [pytest.param(0.02, marks=pytest.mark.long), 0.1, 1.0]
-
 
 def traced(model, vary, span, largest=0.5):
     return trace_response(model, vary, span, settings=Settings(steps=Steps(largest=largest)))
@@ -22,8 +20,7 @@ def types(branch):
     return [item.type for item in branch.special]
 
 
-@pytest.mark.parametrize("span", [(0.8, 1.6), (1.6, 0.8)])
-@pytest.mark.parametrize("largest", STEPS)
+@pytest.mark.parametrize(("largest", "span"), [(0.1, (0.8, 1.6)), (1.0, (1.6, 0.8))])
 def test_folds_of_the_duffing_oscillator(span, largest):
     (branch,) = traced(Duffing(), "w", span, largest)
     assert types(branch) == ["LP", "LP"]
@@ -77,8 +74,7 @@ def test_doubling_of_the_damped_mathieu_equation(w, h, g):
     assert (main.special[0].criticality == "supercritical") == (side > 0)
 
 
-@pytest.mark.parametrize("span", [(1.0, 1.2), (1.2, 1.0)])
-@pytest.mark.parametrize("largest", STEPS)
+@pytest.mark.parametrize(("largest", "span"), [(0.1, (1.2, 1.0)), (1.0, (1.0, 1.2))])
 def test_torus_of_the_forced_van_der_pol_oscillator(span, largest):
     (branch,) = traced(VanDerPol(), "w", span, largest)
     assert types(branch) == ["NS"]
@@ -89,8 +85,9 @@ def test_torus_of_the_forced_van_der_pol_oscillator(span, largest):
     assert item.criticality == "supercritical"
 
 
-@pytest.mark.parametrize("n", [1.0, -1.0, 0.3])
-@pytest.mark.parametrize("span", [(-0.5, 0.4), (0.5, -0.4)])
+@pytest.mark.parametrize(
+    ("n", "span"), [(1.0, (-0.5, 0.4)), (-1.0, (0.5, -0.4)), (0.3, (0.5, -0.4))]
+)
 def test_normal_form_of_a_torus_is_exact(n, span):
     # |z| becomes |z| (1 - n |z|^2) at m = 0; a unit eigenvector has |z|^2 = 2 |w|^2.
     (branch,) = traced(Torus(n=n), "m", span)
@@ -107,8 +104,9 @@ def pitchfork_by_short_steps():
     return traced(Pitchfork(), "k", (1.0, -1.0), 0.005)[0].special[0].value
 
 
-@pytest.mark.parametrize("span", [(1.0, -1.0), (-1.0, 1.0), (0.3, -0.2)])
-@pytest.mark.parametrize("largest", STEPS)
+@pytest.mark.parametrize(
+    ("largest", "span"), [(0.1, (1.0, -1.0)), (1.0, (-1.0, 1.0)), (1.0, (0.3, -0.2))]
+)
 def test_pitchfork_is_a_branch_point(span, largest):
     branch, other = traced(Pitchfork(), "k", span, largest)
     assert types(branch) == ["BP"]
