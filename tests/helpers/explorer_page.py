@@ -256,7 +256,7 @@ class ExplorerPage:
             "([selector, text]) => document.querySelector(selector).data"
             ".filter(({ text }) => text)"
             ".flatMap((trace) => trace.text.map((name, i) => [name, trace.x[i], trace.y[i]]))"
-            ".find(([name]) => name === text).slice(1)",
+            ".find(([name]) => name.trim() === text).slice(1)",
             [f"{DIAGRAM} .plot-canvas", text],
         )
 

@@ -84,6 +84,17 @@ def test_points_of_one_type_that_crowd_share_a_name(ax):
     assert texts(ax) == ["3 NS", "NS"]
 
 
+def test_a_marker_is_pale_where_it_is_not_known_whether_a_point_is_subcritical():
+    s = np.linspace(0, 1, 5)
+    of = ("PD", None), ("PD", "subcritical"), ("PD", "supercritical"), ("LP", None)
+    special = [
+        drawn_point(kind, 0.2 * i, 0.2 * i, {"x": 0.0}, criticality=criticality)
+        for i, (kind, criticality) in enumerate(of)
+    ]
+    marks = marks_of(drawn_branch(s, {"x": s}, [INSIDE] * 5, special), "x")
+    assert [mark.fill for mark in marks] == ["pale", "open", "full", "full"]
+
+
 def test_unknown_output_and_measure(ax):
     with pytest.raises(InputError, match="no output 'z'"):
         draw_response(threshold_diagram(0.1), "z", ax=ax)

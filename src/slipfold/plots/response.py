@@ -74,7 +74,7 @@ class Mark:
     name: str  # text next to it
     parameter: float
     value: float
-    hollow: bool = False  # whether the marker is open: a subcritical bifurcation
+    fill: str = "full"  # "open" of a subcritical bifurcation, "pale" where that is not known
 
 
 def draw_response(
@@ -90,8 +90,8 @@ def draw_response(
     """Draw one response diagram, with a measurement or a sweep `under` it if they are given.
 
     Lines of stable and of neutral (undamped) orbits are solid, those of orbits that are unstable by
-    a period doubling dashed, by a fold or a torus bifurcation dotted. A subcritical PD or NS has an
-    open marker. Tori are drawn lighter.
+    a period doubling dashed, by a fold or a torus bifurcation dotted. A subcritical point has an
+    open marker, one of which that is not known a pale one. Tori are drawn lighter.
     """
     output = output or _first_output(diagram)
     if under is not None:
@@ -164,10 +164,11 @@ def draw_family(
         ax.dataLim.intervaly = fitted.intervaly
     # Markers lie on top of all lines.
     for diagram, color in colored:
+        faces = {"full": color, "pale": _lighter(color), "open": "white"}
         for mark in marks_in(diagram, output, measure):
             ax.plot(
                 mark.parameter, mark.value, linestyle="none", marker=MARKERS[mark.type],
-                color=color, markerfacecolor="white" if mark.hollow else color,
+                color=color, markerfacecolor=faces[mark.fill],
                 markeredgewidth=0.9, zorder=3,
             )  # fmt: skip
     ax.set_xlabel(first.model.parameter(first.vary).label)
@@ -252,8 +253,9 @@ def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, .
         if point.type in MARKERS and not again and not others:
             name = point.name if point.type == "EVENT" else point.type
             value = measured_at(point, output, measure)
-            hollow = point.criticality == "subcritical"
-            found.append(Mark(point.type, name, float(point.value), value, hollow))
+            fill = "full" if point.undecided is None else "pale"
+            fill = "open" if point.criticality == "subcritical" else fill
+            found.append(Mark(point.type, name, float(point.value), value, fill))
     end = branch.stopped
     if len(branch) and end.kind in ("limit", "failed"):
         type_, name = "FAILED", ""

@@ -29,7 +29,7 @@ def test_the_base_case_with_its_points_and_its_end(explorer):
     assert len(set(dashes.values())) == 3
     shown = explorer.page.locator(f"{DIAGRAM} text").all_text_contents()
     # The whole name of a point stands where it crosses no line.
-    assert {"PD super", "NS", "NS super", "spring collapsed"} <= set(shown)
+    assert {"PD super", "NS", "NS super", "spring collapsed"} <= {text.strip() for text in shown}
 
 
 def test_the_curve_follows_a_slider_that_is_not_let_go(new_tab):

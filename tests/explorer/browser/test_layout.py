@@ -153,6 +153,10 @@ def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(sti
     twice = [labeled("BP", 300, 50 + i) | {"of": "max and min"} for i in range(2)]
     shown = still.page.evaluate(LABELS, [[*piled, *mixed, *apart, *twice], []])
     assert shown == ["3 PD", "", "", "NS, PD", "", "LP", "LP", "BP", ""]
+    # A text stands beside the marker of several where there is room.
+    pair = [labeled("PD", 100, 50), labeled("GRAZE", 107, 50)]
+    walls = [[[0, y], [400, y]] for y in (38, 62)]
+    assert still.page.evaluate(LABELS, [pair, walls]) == ["", "PD, GRAZE"]
     crowd = [labeled("Neimark", 100 + 12 * (i % 6), 100 + 12 * (i // 6)) for i in range(36)]
     shown = still.page.evaluate(LABELS, [crowd, []])
     assert 4 < sum(map(bool, shown)) < 36
@@ -160,6 +164,23 @@ def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(sti
     lines = [[[x, 0], [x, 300]] for x in (30, 70)]
     assert still.page.evaluate(LABELS, [[labeled("NS super", 50, 150)], lines]) == ["NS"]
     assert still.page.evaluate(LABELS, [[labeled("NS super", 50, 150)], []]) == ["NS super"]
+
+
+FILLS = """
+async (known) => {
+  const { markTrace } = await import("/page/diagram_data.js");
+  const special = known.map((each, i) => ({ type: "HB", value: i, y: 0, arclength: i, ...each }));
+  const branch = { id: 1, x: [0], y: [0], special, stopped: { kind: "span" } };
+  const diagram = { x: { unit: "N" }, y: { unit: "m" }, branches: [branch] };
+  return markTrace(diagram, "#000000", "#ffffff", []).marker.color;
+}
+"""
+
+
+def test_a_marker_is_pale_where_it_is_not_known_whether_a_point_is_subcritical(still):
+    kinds = {"supercritical": False, "subcritical": False, None: True}
+    known = [{"criticality": kind, "undecided": is_it} for kind, is_it in kinds.items()]
+    assert still.page.evaluate(FILLS, known) == ["#000000", "#ffffff", "#999999"]
 
 
 def test_a_presentation_has_large_type_and_no_controls(still):

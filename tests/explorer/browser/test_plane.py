@@ -87,7 +87,8 @@ def point_of(explorer, kind):
         "([selector, kind]) => { const node = document.querySelector(selector);"
         " const { xaxis, yaxis, margin, width, height } = node.layout;"
         " const { x, y, text } = node.data.find(({ mode }) => mode === 'markers+text');"
-        " const i = text.indexOf(kind); const box = node.getBoundingClientRect();"
+        " const i = text.map((name) => name.trim()).indexOf(kind);"
+        " const box = node.getBoundingClientRect();"
         " const share = (value, [low, high]) => (value - low) / (high - low);"
         " return [box.x + margin.l"
         "  + share(x[i], xaxis.range) * (width - margin.l - margin.r),"
@@ -178,8 +179,9 @@ def test_the_tour_does_not_take_the_plane_of_another_model(explorer):
     expect(title).to_contain_text("Ω")
 
 
-@pytest.mark.long
-def test_lines_under_way_stay_when_the_view_changes_elsewhere(new_tab):
+@pytest.fixture
+def told(new_tab):
+    """A page on which a plane has said nothing; what to say in its place, and how to end that."""
     heads = []
 
     def is_of_plane(answer):
@@ -187,28 +189,60 @@ def test_lines_under_way_stay_when_the_view_changes_elsewhere(new_tab):
             heads.append({name: answer[name] for name in ("kind", "id", "slot")})
         return answer["kind"] == "plane"
 
-    def tell_of(*numbers):
-        given = {"type": "PD", "period": 1, "x": [1.35, 1.4], "y": [0.22, 0.25]}
-        lines = [{**given, "number": number, "name": f"line {number}"} for number in numbers]
-        told.say({**heads[-1], "progress": "loci", "lines": lines, "done": False})
-
-    told = new_tab.holding(is_of_plane)
-    told.is_on = True
+    answers = new_tab.holding(is_of_plane)
+    answers.is_on = True
     page = new_tab.open(QUIET, plane=True).page
-    while not told.waiting:
+    while not answers.waiting:
         page.wait_for_timeout(50)
-    tell_of(1, 2)
+
+    def tell(**given):
+        answers.say({**heads[-1], "progress": "loci", "done": False, **given})
+
+    return new_tab, tell, answers.let_go
+
+
+def test_points_of_one_type_within_a_marker_are_one_with_their_number(told):
+    explorer, tell, let_go = told
+    special = [
+        {"type": kind, "x": x, "y": y, "sentence": f"{kind} here", "meaning": ""}
+        for kind, x, y in [("ZH", 1.38, 0.23), ("BT", 1.39, 0.24)]
+        for y in (y, y + 1e-4, y - 1e-4)
+    ]
+    line = {"criticality": None, "x": [1.35, 1.4], "y": [0.22, 0.25]}
+    hopf = {"type": "HB", "period": 1, "name": "HB", "segments": [line], "special": special}
+    tell(lines=[], loci=[hopf])
+    explorer.page.wait_for_function(
+        "(selector) => document.querySelector(selector).data?.some(({ text }) => text?.length)",
+        arg=f"{PLANE} .plot-canvas",
+    )
+    explorer.page.mouse.move(*point_of(explorer, "3 ZH"))
+    expect(explorer.page.locator(".under-pointer")).to_have_text(
+        "ZH here. 2 more ZH within this marker. Click it."
+    )
+    let_go()
+
+
+@pytest.mark.long
+def test_lines_under_way_stay_when_the_view_changes_elsewhere(told):
+    explorer, tell, let_go = told
+    page = explorer.page
+
+    def lines_of(*numbers):
+        given = {"type": "PD", "period": 1, "x": [1.35, 1.4], "y": [0.22, 0.25]}
+        return [{**given, "number": number, "name": f"line {number}"} for number in numbers]
+
+    tell(lines=lines_of(1, 2))
     mark = page.locator(f"{PLANE} .draft-mark")
     expect(mark).to_be_visible()
-    with new_tab.redrawn():
+    with explorer.redrawn():
         page.get_by_label("Draw").select_option("min")
-    tell_of(2, 3)
+    tell(lines=lines_of(2, 3))
     page.wait_for_function(
         "(selector) => document.querySelector(selector).data.some(({ name }) => name === 'line 3')",
         arg=f"{PLANE} .plot-canvas",
     )
-    assert {"line 1", "line 2", "line 3"} <= set(drawn(new_tab))
-    told.let_go()
+    assert {"line 1", "line 2", "line 3"} <= set(drawn(explorer))
+    let_go()
     expect(mark).to_be_hidden()
 
 

@@ -79,10 +79,9 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         y += line.value[skip:].tolist()
         s += line.arclength[skip:].tolist()
         segments.append({"kind": line.kind, "first": first, "last": len(x) - 1})
-
-    def alone(point: SpecialPoint) -> float:  # a branch of one point has no line
-        return measured_at(point, show, statistic)
-
+    shown = [item for item in branch.special if item.type in (*BIFURCATION_TYPES, *CONTACT_TYPES)]
+    alone = (measured_at(point, show, statistic) for point in shown)  # one point has no line
+    heights = np.interp([point.arclength for point in shown], s, y).tolist() if s else alone
     return {
         "id": branch.id,
         "kind": branch.kind,
@@ -92,11 +91,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "y": short(y),
         "arclength": short(s),
         "segments": segments,
-        "special": [
-            _special(point, float(np.interp(point.arclength, s, y)) if s else alone(point))
-            for point in branch.special
-            if point.type in (*BIFURCATION_TYPES, *CONTACT_TYPES)
-        ],
+        "special": [*map(_special, shown, heights)],
     }
 
 
@@ -111,6 +106,7 @@ def _special(point: SpecialPoint, y: float) -> dict[str, Any]:
         "arclength": point.arclength,
         "period": point.period,
         "criticality": point.criticality,
+        "undecided": point.undecided is not None,
         "words": _words(point),
         "sentence": _sentence(point),
     }
@@ -124,7 +120,8 @@ def _sentence(point: SpecialPoint) -> str:
     at = place_text(point.model, [point.vary], point.certain_values)
     lead = "" if point.leads_to is None else f"; branch {point.leads_to} leaves here"
     period = f" of period {point.period}" if point.model.forced else ""
-    text = f"{_words(point)}{period} at {at}{lead}"
+    unknown = "" if point.undecided is None else f"; {point.undecided}"
+    text = f"{_words(point)}{period} at {at}{lead}{unknown}"
     return text[0].upper() + text[1:]
 
 

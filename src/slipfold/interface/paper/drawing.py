@@ -125,7 +125,7 @@ def draw_legend(canvas: Canvas, shown: Shown, more: Sequence[Artist] | None = No
         for type_, name in MARKER_NAMES.items()
         if any(mark.type == type_ for mark in marks) or (type_ == "FAILED" and broken)
     ]
-    if any(mark.hollow for mark in marks):
+    if any(mark.fill == "open" for mark in marks):
         handles.append(_marker("PD", "open: subcritical", "white"))
     handles += more or []
     canvas.legend(

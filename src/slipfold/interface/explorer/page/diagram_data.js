@@ -1,7 +1,7 @@
 /** A response diagram as data: marked points, places on branches, traces of plotly. */
 
 import { display, withUnit } from "./quantities.js";
-import { typeScale } from "./theme.js";
+import { mixed, typeScale } from "./theme.js";
 import { ANY } from "./view.js";
 
 const DIGITS = 6;
@@ -191,13 +191,22 @@ const DASHES = { stable: "solid", "period doubling": "6px,3px", "fold or torus":
 
 const WIDTHS = { stable: 2.2, "period doubling": 1.5, "fold or torus": 1.7 };
 
-/** Markers as in the package's figures; a subcritical point is open. */
+/** Markers as in the package's figures. */
 export const MARKERS = {
   PD: "circle", NS: "square", LP: "triangle-up", BP: "diamond", HB: "pentagon", LIMIT: "x-thin",
   GRAZE: "triangle-down", STICK: "triangle-left", LIFT: "triangle-right", MEET: "cross",
 };
 
 const SHORT = { supercritical: "super", subcritical: "sub" };
+
+/** How a marker is filled, as in the package's figures: open where a point is subcritical, pale where it is not known whether. */
+export function fillOf({ type, criticality, undecided }) {
+  if (type === "LIMIT" || criticality === "subcritical") return "open";
+  return undecided ? "pale" : "full";
+}
+
+/** Share of the paper in a pale marker. */
+const PALE = 0.6;
 
 /**
  * @typedef {object} Mark
@@ -206,7 +215,7 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
  * @property {string} short the same where there is little room
  * @property {number} x
  * @property {number} y
- * @property {boolean} hollow
+ * @property {"full"|"pale"|"open"} fill
  * @property {string} of the point that it marks: on the line of the largest and that of the smallest values
  */
 
@@ -218,14 +227,14 @@ const SHORT = { supercritical: "super", subcritical: "sub" };
 export function marksOf(diagram) {
   const points = diagram.branches.flatMap((branch) =>
     markedPoints(branch, diagram.x).map((point) => ({ ...point, of: `${branch.id} ${point.arclength}` })));
-  return distinct(points.map(({ of, type, criticality, words, value, y }) => ({
+  return distinct(points.map(({ of, type, criticality, undecided, words, value, y }) => ({
     of,
     type,
     text: type === "LIMIT" ? words : [type, SHORT[criticality]].filter(Boolean).join(" "),
     short: type === "LIMIT" ? words.split(" ").at(-1) : type,
     x: value,
     y,
-    hollow: type === "LIMIT" || criticality === "subcritical",
+    fill: fillOf({ type, criticality, undecided }),
   })));
 }
 
@@ -266,18 +275,19 @@ export function lineTraces(diagram, color, name) {
 export function markTrace(diagram, color, paper, labels) {
   const [fx, fy] = factors(diagram);
   const marks = marksOf(diagram);
+  const fills = { full: color, pale: mixed(color, paper, PALE), open: paper };
   return {
     type: "scatter",
     mode: labels.length ? "markers+text" : "markers",
     x: marks.map((mark) => mark.x * fx),
     y: marks.map((mark) => mark.y * fy),
-    text: labels.length ? labels.map(({ text }) => escaped(text)) : undefined,
+    text: labels.length ? labels.map(besideMarker) : undefined,
     textposition: labels.map(({ position }) => position),
     textfont: { color: color, size: 12 * typeScale() },
     marker: {
       symbol: marks.map((mark) => MARKERS[mark.type] ?? "circle"),
       size: marks.map((mark) => (mark.type === "LIMIT" ? 9 : 8)),
-      color: marks.map((mark) => (mark.hollow ? paper : color)),
+      color: marks.map(({ fill }) => fills[fill]),
       line: { color: color, width: 1.6 },
       opacity: 1, // of markers of several sizes plotly shows through
     },
@@ -285,6 +295,14 @@ export function markTrace(diagram, color, paper, labels) {
     hoverinfo: "skip",
   };
 }
+
+/** A name with a gap between it and its marker, which plotly would let touch at a side. */
+export function besideMarker({ text, position }) {
+  const gap = position.startsWith("middle") ? THIN : "";
+  return `${gap}${escaped(text)}${gap}`;
+}
+
+const THIN = "\u2009";
 
 /** What the diagram's numbers are multiplied with to be shown. */
 export function factors(diagram) {

@@ -1,6 +1,6 @@
 /** What stands around the diagram: its controls, pinned curves, special points, checks. */
 
-import { MARKERS, branchesOf, distinct, placeOfSpecial } from "./diagram_data.js";
+import { MARKERS, branchesOf, distinct, fillOf, placeOfSpecial } from "./diagram_data.js";
 import { Choice, button, closeButton, element, roving, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
 import { asSentence, display, withUnit } from "./quantities.js";
@@ -235,7 +235,7 @@ export class SpecialPoints {
     };
     return element("li", {},
       element("button", { type: "button", class: "chip", title: special.sentence, on: { click: go } },
-        glyph(special.type, special.criticality === "subcritical"), text));
+        glyph(special), text));
   }
 }
 
@@ -290,9 +290,9 @@ export class Elsewhere {
 }
 
 /** The marker of a special point, as in the diagram. */
-function glyph(type, hollow) {
-  return svg("svg", { viewBox: "-6 -6 12 12", class: `glyph${hollow ? " hollow" : ""}`, "aria-hidden": "true" },
-    svg("path", { d: SHAPES[MARKERS[type]] ?? SHAPES.circle }));
+function glyph(special) {
+  return svg("svg", { viewBox: "-6 -6 12 12", class: `glyph ${fillOf(special)}`, "aria-hidden": "true" },
+    svg("path", { d: SHAPES[MARKERS[special.type]] ?? SHAPES.circle }));
 }
 
 function textOf(special, x) {

@@ -175,7 +175,7 @@ export class MeasurementsControl {
   #legend({ sweep }) {
     return Object.entries(WAYS).filter(([way]) => way && sweep.includes(way)).map(([way, { size }]) =>
       element("span", { class: "way" },
-        svg("svg", { viewBox: "-6 -6 12 12", class: `glyph${way === "down" ? " hollow" : ""}`, "aria-hidden": "true" },
+        svg("svg", { viewBox: "-6 -6 12 12", class: `glyph ${way === "down" ? "open" : "full"}`, "aria-hidden": "true" },
           svg("circle", { r: size / 2 })), way));
   }
 

@@ -170,6 +170,7 @@ export class MotionPanel {
     this.#session = session;
     this.#simulation = simulation;
     this.#sound = new SoundControl(session, simulation);
+    this.#choices.up.node.title = "Any two outputs: the phase portrait of a force against a displacement is its loop";
     this.node = element("div", { class: "motion", role: "group", "aria-label": "Views of the motion" },
       element("div", { class: "sentence" }, ...Object.values(this.#choices).map(({ node }) => node)),
       this.#sound.node, this.#pictures);

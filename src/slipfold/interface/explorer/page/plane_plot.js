@@ -1,6 +1,6 @@
 /** Bifurcations in two parameters: colors, traces, and the plot with its working point. */
 
-import { escaped } from "./diagram_data.js";
+import { besideMarker, escaped } from "./diagram_data.js";
 import { CheckedLine } from "./diagram_panel.js";
 import { button, element } from "./dom.js";
 import { PlaneLegend, PointCard, shadesOf } from "./plane_panel.js";
@@ -99,6 +99,9 @@ const OWN_DASHES = {
 const WIDTHS = { 1: 2.4, 2: 1.5 };
 const FAINT = 0.55;
 
+/** Pixels of the marker of a point of codimension two. */
+const MARKER = 6;
+
 /** Points of a locus that are nothing but its own extrema. */
 const UNMARKED = ["MIN", "MAX", "EVENT"];
 
@@ -129,33 +132,25 @@ function draftOf(lines) {
 }
 
 /**
- * All traces of a plane.
+ * The points of codimension two, each once, whatever number of loci meets there; of those of one type within
+ * the width of a marker one is marked, with how many there are.
  * @param {object} plane the server's answer
- * @param {[number, number]} factors of the two axes
- * @param {{text: string, position: string}[]} labels names of the points and where they stand
- * @param {object[]} motions what is drawn between areas and lines
+ * @param {(x: number, y: number) => [number, number]} pixelOf a place in SI units
  */
-function planeTraces(plane, color, [fx, fy], labels, motions) {
-  return [
-    ...regionTraces(plane.regions, color, fx, fy),
-    ...motions,
-    ...plane.loci.flatMap((locus) => locusTraces(locus, color, fx, fy, plane.isDraft)),
-    specialTrace(markedPoints(plane), labels, color, fx, fy),
-  ];
-}
-
-/**
- * The points of codimension two, each once, whatever number of loci meets there.
- * @param {object} plane the server's answer
- */
-function markedPoints({ loci }) {
+function markedPoints({ loci }, pixelOf) {
   const points = new Map();
   for (const point of loci.flatMap((locus) => locus.special)) {
     const { type, x, y } = point;
-    if (UNMARKED.includes(type)) continue;
-    points.set(`${type} ${x.toPrecision(4)} ${y.toPrecision(4)}`, point);
+    if (!UNMARKED.includes(type)) points.set(`${type} ${x.toPrecision(4)} ${y.toPrecision(4)}`, point);
   }
-  return [...points.values()];
+  const marked = [];
+  for (const point of points.values()) {
+    const at = pixelOf(point.x, point.y);
+    const same = marked.find(({ type, at: [px, py] }) => type === point.type && Math.hypot(px - at[0], py - at[1]) < MARKER);
+    if (same) same.count += 1;
+    else marked.push({ ...point, at, count: 1 });
+  }
+  return marked;
 }
 
 function regionTraces(regions, color, fx, fy) {
@@ -187,9 +182,9 @@ function specialTrace(special, labels, color, fx, fy) {
   return {
     type: "scatter", mode: "markers+text", hoverinfo: "skip",
     x: special.map(({ x }) => x * fx), y: special.map(({ y }) => y * fy),
-    text: labels.map(({ text }) => escaped(text)), textposition: labels.map(({ position }) => position),
+    text: labels.map(besideMarker), textposition: labels.map(({ position }) => position),
     textfont: { size: 11 * typeScale(), color: color("ink") },
-    marker: { size: 6, color: color("ink") },
+    marker: { size: MARKER, color: color("ink") },
   };
 }
 
@@ -290,7 +285,10 @@ class UnderPointer {
 }
 
 function sentence({ x, y, at, shown, picture, point, line }) {
-  if (point) return `${point.sentence}. Click it.`;
+  if (point) {
+    const others = point.count > 1 ? ` ${point.count - 1} more ${point.type} within this marker.` : "";
+    return `${point.sentence}.${others} Click it.`;
+  }
   const values = [x, y].map((axis, i) => `${axis.label ?? axis.name} = ${withUnit(axis, Number(at[i].toPrecision(4)))}`);
   const known = [...(line ? [line] : []), ...regimeAt(picture, at), ...regionAt(shown?.regions, at)];
   const hint = known.length < 2 ? " A click simulates there." : ""; // three lines hold no more
@@ -315,11 +313,8 @@ function regimeAt(picture, at) {
  */
 function meetAt(plane, pixelOf, [px, py]) {
   if (!plane) return {};
-  const gap = (x, y) => {
-    const [qx, qy] = pixelOf(x, y);
-    return Math.hypot(qx - px, qy - py);
-  };
-  const [nearest] = markedPoints(plane).map((point) => ({ point, away: gap(point.x, point.y) })).sort((a, b) => a.away - b.away);
+  const [nearest] = markedPoints(plane, pixelOf)
+    .map((point) => ({ point, away: Math.hypot(point.at[0] - px, point.at[1] - py) })).sort((a, b) => a.away - b.away);
   if (nearest?.away < REACH) return { point: nearest.point };
   for (const locus of plane.loci) {
     for (const { criticality, x, y } of locus.segments) {
@@ -493,15 +488,18 @@ export class PlanePlot {
     const { fx, fy } = this.#axes();
     const below = regimeTraces(this.#regimes.picture, color, [fx, fy]);
     const shown = this.#shown;
-    return shown ? planeTraces(shown, color, [fx, fy], this.#labels(shown, fx, fy), below) : below;
-  }
-
-  #labels(plane, fx, fy) {
+    if (!shown) return below;
     const at = (x, y) => this.#map.toPixel(x * fx, y * fy);
-    const lines = plane.loci.flatMap((locus) => locus.segments)
+    const points = markedPoints(shown, at);
+    const lines = shown.loci.flatMap((locus) => locus.segments)
       .map(({ x, y }) => x.map((value, i) => at(value, y[i])));
-    const texts = markedPoints(plane).map(({ type, x, y }) => ({ text: type, short: type, at: at(x, y) }));
-    return labelPlaces(texts, lines, this.#map.frame);
+    const texts = points.map(({ type, at: place, count }) => ({ text: type, short: type, at: place, count }));
+    return [
+      ...regionTraces(shown.regions, color, fx, fy),
+      ...below,
+      ...shown.loci.flatMap((locus) => locusTraces(locus, color, fx, fy, shown.isDraft)),
+      specialTrace(points, labelPlaces(texts, lines, this.#map.frame), color, fx, fy),
+    ];
   }
 
   #place() {

@@ -309,8 +309,8 @@ const MOST_ORDERS = 20;
  * Choose a place for each text: they choose one after the other, each of them first in turn, and the
  * best of these orders is kept. Texts of markers that lie on each other become one, e.g. "3 PD", and a
  * text without room is empty.
- * @param {{text: string, short: string, at: [number, number], of?: string}[]} texts with their places in pixels,
- *   and what they name: what is marked twice counts once
+ * @param {{text: string, short: string, at: [number, number], of?: string, count?: number}[]} texts with their places
+ *   in pixels, and what they name: what is marked twice counts once, and what stands for several counts as them
  * @param {[number, number][][]} lines in pixels
  * @param {{left: number, top: number, width: number, height: number}} frame to stay in, in pixels
  * @param {[number, number][]} others markers without a text, in pixels
@@ -321,57 +321,68 @@ export function labelPlaces(texts, lines, frame, others = []) {
   const markers = places.map((at) => boxAround(at, 10, 10));
   const ink = points(lines);
   pen.font = `${SIZE * typeScale()}px system-ui, sans-serif`;
-  const offers = gathered(texts).map(({ words, at }) => words.flatMap((text, shortened) => POSITIONS.map((position, i) => {
-    const box = boxAt(position, at, pen.measureText(text).width);
-    const over = outside(box, frame) + 0.4 * overlap(box, markers) + inkUnder(box, ink);
-    const isOther = places.some((place) => apart(place, at) >= CLOSE && distance(box, place) < distance(box, at) + 2);
-    return { text, position, box, cost: 0.3 * i + over + SHORTENED * shortened + MISTAKEN * isOther };
-  })));
-  const named = offers.flatMap(([{ text }], i) => (text ? [i] : []));
+  const offers = gathered(texts).map(({ words, group }) => {
+    const own = group.map((i) => texts[i].at);
+    const foreign = places.filter((place) => !own.includes(place));
+    return group.flatMap((index, rank) => words.flatMap((text, shortened) => POSITIONS.map((position, i) => {
+      const { at } = texts[index];
+      const box = boxAt(position, at, pen.measureText(text).width);
+      const over = outside(box, frame) + 0.4 * overlap(box, markers) + inkUnder(box, ink);
+      const isOther = foreign.some((place) => distance(box, place) < distance(box, at) + 2);
+      return { index, text, position, box, cost: 0.3 * i + 0.1 * rank + over + SHORTENED * shortened + MISTAKEN * isOther };
+    })));
+  });
+  const named = offers.map((_, i) => i);
   const orders = named.length > MOST_ORDERS ? [named] : named.map((first) => [first, ...named.filter((i) => i !== first)]);
   const [{ chosen } = { chosen: [] }] = orders.map((order) => inOrder(offers, order)).sort((a, b) => a.cost - b.cost);
   return texts.map((_, i) => chosen[i] ?? { text: "", position: POSITIONS[0] });
 }
 
-/** The cheapest place of each text in an order beside those before; none where a text would lie on another. */
+/** The cheapest place of each text in an order beside those before; none where a text would lie on another, or on too much else. */
 function inOrder(offers, order) {
   const labels = [];
   const chosen = [];
   let cost = 0;
   for (const i of order) {
-    const best = offers[i].map((offer) => ({ ...offer, cost: offer.cost + 0.4 * overlap(offer.box, labels) }))
-      .reduce((least, next) => (next.cost < least.cost ? next : least));
-    const { text, position, box: [left, top, right, bottom] } = best;
-    cost += best.cost;
-    if (overlap(best.box, labels) > HIDDEN * (right - left) * (bottom - top)) cost += LEFT_OUT;
-    else {
-      labels.push([left - CLEAR, top, right + CLEAR, bottom]);
-      chosen[i] = { text, position };
-    }
+    const priced = offers[i].map((offer) => ({ ...offer, hidden: overlap(offer.box, labels) }))
+      .map((offer) => ({ ...offer, cost: offer.cost + 0.4 * offer.hidden }))
+      .sort((a, b) => a.cost - b.cost);
+    const isClear = ({ hidden, box: [left, top, right, bottom] }) => hidden <= HIDDEN * (right - left) * (bottom - top);
+    const best = priced.find((offer, rank) => isClear(offer) && (rank === 0 || offer.cost < LEFT_OUT));
+    cost += best?.cost ?? priced[0].cost + LEFT_OUT;
+    if (!best) continue;
+    const { index, text, position, box: [left, top, right, bottom] } = best;
+    labels.push([left - CLEAR, top, right + CLEAR, bottom]);
+    chosen[index] = { text, position };
   }
   return { chosen, cost };
 }
 
-/** What may stand beside each marker, the best first: of markers on each other all names at the first, else the text or the short one. */
+/**
+ * Markers that lie on each other, by their numbers, with what may stand beside one of them, the best first: all names
+ * of several, else the text or the short one.
+ */
 function gathered(texts) {
   const groups = [];
-  for (const item of texts) {
-    const near = groups.find(([{ at }]) => apart(at, item.at) < CLOSE);
-    if (near) near.push(item);
-    else groups.push([item]);
-  }
-  return texts.map((item) => {
-    const all = groups.find(([first]) => first === item) ?? [];
-    const group = [...new Map(all.map((each) => [each.of ?? each, each])).values()];
-    const [{ text, short } = { text: "", short: "" }] = group;
-    return { at: item.at, words: group.length > 1 ? [counted(group.map((each) => each.short))] : [text, short] };
+  texts.forEach(({ at }, i) => {
+    const near = groups.find(([first]) => apart(texts[first].at, at) < CLOSE);
+    if (near) near.push(i);
+    else groups.push([i]);
+  });
+  return groups.map((group) => {
+    const all = group.map((i) => texts[i]);
+    const named = [...new Map(all.map((each) => [each.of ?? each, each])).values()];
+    const [{ text, short, count = 1 }] = named;
+    return { group, words: named.length > 1 || count > 1 ? [counted(named)] : [text, short] };
   });
 }
 
 /** Names with how often they occur: "3 PD, NS". */
-function counted(names) {
-  const counts = Map.groupBy(names, (name) => name);
-  return [...counts].map(([name, { length }]) => (length > 1 ? `${length} ${name}` : name)).join(", ");
+function counted(named) {
+  return [...Map.groupBy(named, ({ short }) => short)].map(([name, all]) => {
+    const total = all.reduce((sum, { count = 1 }) => sum + count, 0);
+    return total > 1 ? `${total} ${name}` : name;
+  }).join(", ");
 }
 
 function boxAt(position, [x, y], width) {
