@@ -129,3 +129,27 @@ def test_a_closed_branch_is_followed_once_where_a_step_would_leave_it() -> None:
     least, *others = sorted(branch.special, key=lambda point: point.value)
     assert [point.type for point in (least, *others)] == ["GRAZE", "GRAZE", "LP"]
     assert 2 * np.pi * least.value == pytest.approx(1.26955856813, rel=1e-10)  # by SciPy's events
+
+
+def test_doubled_orbits_begin_where_a_branch_grazes() -> None:
+    # di Bernardo, Kowalczyk and Nordmark, International Journal of Bifurcation and Chaos 13 (2003)
+    # 2935-2948: friction 1.5 - 1.5 v + 0.45 v^3, force 0.1 cos(W t). The orbit of period 4 begins
+    # to stick at W = 1.7077997, and chaos sets in at once.
+    slowest = (1.5 / 1.35) ** 0.5
+    law = sf.CubicStribeck(mu_s=1.5, mu_m=1.5 - slowest, vm=slowest)
+    model, span = belt(law, 1.0, force=0.1), (1.66 / (2 * np.pi), 1.73 / (2 * np.pi))
+    start = {"f": 1.72 / (2 * np.pi), "x": 0.0}
+    diagram = sf.response(model, "f", span, start=start, settled=True)
+    first, second, third = diagram.branches
+    assert [branch.period for branch in diagram.branches] == [2, 4, 8]
+    assert diagram.checked.agree
+    (early,) = (point for point in first.special if point.type == "GRAZE")
+    (late,) = second.special
+    assert (late.type, late.leads_to) == ("GRAZE", 3)
+    assert abs(2 * np.pi * late.value - 1.7077997) < 1e-7  # all published digits
+    # Multipliers jump there across -1 on one side only: doubled orbits begin, none of them stable.
+    assert (early.leads_to, first.special[-1].type, first.special[-1].leads_to) == (2, "PD", 2)
+    for child, point in ((second, early), (third, late)):
+        assert child.started.kind == "closed"
+        assert child.started.values[0] == pytest.approx(point.value, rel=1e-9)
+        assert np.abs(child.multipliers[:3]).max(axis=1).min() > 1

@@ -89,7 +89,10 @@ def _minima(
             phases[i] - phases[left], phases[right] - phases[i], 2 * WINDOW.longest
         )
         level = WINDOW.level if margin.event.ending is Ending.SLOWS else 0.0
-        at = float(phases[i]), float(reach), size, level
+        # The lowest point of a parabola: a sample may lie farther from it than the window reaches
+        lopsided = (steps[i - 1] + steps[i]) / (steps[i] - steps[i - 1])
+        lowest = phases[i] - 0.5 * lopsided * (phases[1] - phases[0])
+        at = float(lowest), float(reach), size, level
         yield abs(float(values[i])) / size, MarginalEvent(kind, *modes, margin.event, None, *at)
 
 

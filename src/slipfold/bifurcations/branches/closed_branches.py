@@ -12,7 +12,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.step_length import STEP
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
@@ -59,6 +59,16 @@ def _meets_its_image(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> b
     # small steps leave from, too.
     near = np.linalg.norm(there) < min(0.1 * STEP.emanating, float(np.linalg.norm(here)))
     return bool(here @ there < 0 or near)
+
+
+def halves_pass_alike(point: OrbitPoint) -> bool:
+    """Whether both halves of an orbit pass through the same modes of contacts.
+
+    Others become one only where modes change: there the smooth piece of the branch ends.
+    """
+    modes = point.piece or ()
+    halves = ((each[: len(each) // 2], each[len(each) // 2 :]) for each in modes if len(each) > 1)
+    return all(one == other for one, other in halves)
 
 
 def step_beside_parent(point: OrbitPoint) -> float:
@@ -118,7 +128,9 @@ def meets_image(
     `stop` says how it ends, of its last regular orbit and the unknown where it meets its copy.
     """
     before, point = interval.before, interval.point
-    if interval.leaves or not _meets_its_image(interval.traced.curve.orbits, before, point):
+    if interval.leaves or not halves_pass_alike(point):
+        return MonitorResult()
+    if not _meets_its_image(interval.traced.curve.orbits, before, point):
         return MonitorResult()
     place, meeting = _meeting(interval)
     last = _last(interval, place)
@@ -262,6 +274,31 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
         < CLOSING.near_origin * len(states) ** 0.5
     )
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
+
+
+def closes_at_change(traced: TracedCurve[OrbitPoint]) -> bool:
+    """End a doubled branch on the orbit of half its period, if it is that whose contacts change.
+
+    The change is a special point of that orbit's branch.
+    """
+    after, before = traced.points[-1], traced.points[-2 if len(traced.points) > 1 else -1]
+    orbits = after.curve.orbits
+    if halves_pass_alike(before) or not has_image(orbits):
+        return False
+    if np.linalg.norm(asymmetry(orbits, after.z)) > SAME_ORBIT:
+        return False
+    if after.piece != before.piece:
+        traced.points.pop()
+    assert traced.end is not None
+    place = traced.end.values
+    if traced.found and traced.found[-1].point.curve.place(traced.found[-1].point.z) == place:
+        traced.found.pop()
+    reason = (
+        "the branch closed on the orbit of half its period, where contacts of that change, at "
+        f"{orbits.vary} = {place[0]:.9g}"
+    )
+    traced.end = End("closed", reason, place)
+    return True
 
 
 class Returns:

@@ -364,7 +364,7 @@ def assemble(
             value = certain(special.value, special.uncertainty)
             reason = f"emanates at {special.vary} = {value:.9g}"
             first = End("bifurcation", reason, (special.value,))
-            if len(followed.start.points) > 1:  # it crosses its parent there
+            if special.type == "BP" and len(followed.start.points) > 1:  # it crosses its parent
                 own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
         own.sort(key=lambda special: special.arclength)
         branches.append(_branch(followed, first, own, report_orbits))

@@ -39,6 +39,7 @@ from slipfold.bifurcations.branches.stops import (
 )
 from slipfold.bifurcations.branches.switching import (
     Junction,
+    closes_beside,
     find_meeting,
     junctions_on,
     run_together,
@@ -183,7 +184,8 @@ class BranchTree(CurveSet[OrbitPoint]):
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the new junctions of a branch; one that was met before links two branches."""
         for item in self._junctions:
-            if any(item.points[0] is reached for reached in followed.traced.reached):
+            reaches = any(item.points[0] is reached for reached in followed.traced.reached)
+            if reaches or closes_beside(followed, item):
                 self.lead(item.found, followed.number)
         known = sum(
             found.type == "PD"

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
-from slipfold.bifurcations.branches.closed_branches import same_orbit
+from slipfold.bifurcations.branches.closed_branches import halves_pass_alike, same_orbit
 from slipfold.bifurcations.branches.homoclinic import snakes_about
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.standing import Collision
 from slipfold.bifurcations.branches.start import method_for
 from slipfold.continuation.curve_set import FollowedCurve, Start
-from slipfold.continuation.traced_curve import Found
+from slipfold.continuation.step_length import STEP
+from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.critical import doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
@@ -57,6 +60,8 @@ def junctions_on(
             if isinstance(found, SeveralCritical):
                 children, found = branches_around(orbits, found, largest)
                 traced.found[place] = found
+            elif found.type in CONTACT_TYPES:
+                children = doubled_at_change(traced, found, largest)
             else:
                 children = emanating_branches(orbits, found, settings, largest)
         except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
@@ -65,10 +70,11 @@ def junctions_on(
             curve = start.curve
             # At a branch point the other branch continues in both directions.
             several = isinstance(found, SeveralCritical) or len(children) > 1
+            beside = found.type in CONTACT_TYPES  # an orbit of the branch itself
             crosses = found.type == "BP" and not several
-            both = (start, curve.turned(start)) if crosses else (start,)
+            both = (start, curve.turned(start)) if crosses or beside else (start,)
             rank = (int(curve.kind != "equilibrium"), curve.period)
-            common = curve, both, rank, True, followed.number, found
+            common = curve, both, rank, not beside, followed.number, found
             junctions.append(Junction(*common, several=several))
     if about and traced.end is not None:
         reason = (
@@ -118,6 +124,66 @@ def emanating_branches(
     if found.type == "PD" and 2 * orbits.period <= largest:
         return [doubled_orbit(orbits, z, residual)]
     return []
+
+
+def doubled_at_change(
+    traced: TracedCurve[OrbitPoint], found: Found, largest: float
+) -> list[OrbitPoint]:
+    """Return an orbit of the doubled branch that begins where contacts change, if one does.
+
+    The return map is continuous there, with other derivatives A and B on either side. Orbits that
+    pass the change in every second period begin there if A and B together have an odd number of
+    real eigenvalues below -1: M. di Bernardo, M. I. Feigin, S. J. Hogan and M. E. Homer, Chaos,
+    Solitons and Fractals 10 (1999) 1881-1908.
+    """
+    sides = _sides_of(traced, found)
+    if sides is None or 2 * sides[0].curve.period > largest or sides[0].curve.free_phase:
+        return []
+    flips = [
+        np.count_nonzero((side.multipliers.imag == 0) & (side.multipliers.real < -1))
+        for side in sides
+    ]
+    if sum(flips) % 2 == 0:
+        return []
+    orbits, one = sides[0].curve, np.eye(len(sides[0].z) - 1)
+    child = orbits.with_period(2 * orbits.period)
+    first, second = (orbits.linearize(side.z).monodromy for side in sides)
+    moved, later = (side.tangent[:-1] / side.tangent[-1] for side in sides)
+    # x2 = A x1 + a and x1 = B x2 + b for a change of the parameter by one
+    change = second @ (one - first) @ moved + (one - second) @ later
+    along = np.linalg.solve(one - second @ first, change)
+    along = np.append(along, 1.0) / np.hypot(1.0, np.linalg.norm(along))
+    for row in (along, -along):
+        doubled = child.nearest(sides[0].z + STEP.emanating * row, row)
+        if doubled is not None and not halves_pass_alike(doubled):
+            return [doubled]
+    return []
+
+
+def closes_beside(followed: FollowedCurve[OrbitPoint], junction: Junction) -> bool:
+    """Whether a branch ends at the change of contacts at which a junction begins."""
+    if junction.found is None or junction.found.type not in CONTACT_TYPES:
+        return False
+    first, points = junction.points[0], followed.traced.points
+    for end, last in ((followed.started, points[0]), (followed.traced.end, points[-1])):
+        if end is not None and end.kind == "closed" and last.curve.is_like(first.curve):
+            z = first.curve.adopt(last.curve, last.z)
+            if first.curve.distance(first.z, z) < 2 * STEP.emanating:
+                return True
+    return False
+
+
+def _sides_of(
+    traced: TracedCurve[OrbitPoint], found: Found
+) -> tuple[OrbitPoint, OrbitPoint] | None:
+    """Return the orbits next to a change of contacts; None where the branch does not pass it."""
+    at = found.point.arclength
+    for before, after in pairwise(traced.points):
+        near = before.arclength - BIFURCATION.located <= at <= after.arclength + BIFURCATION.located
+        if near and before.piece != after.piece and isinstance(before.curve, Orbits):
+            again = before.curve.converted(after)
+            return None if again is None else (before, again)
+    return None
 
 
 def branches_around(

@@ -10,6 +10,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.bifurcations.branches.closed_branches import closes_at_change
 from slipfold.bifurcations.branches.passed_pieces import with_passed
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import arc_between
@@ -512,6 +513,8 @@ def beyond_boundary(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitP
         with suppress(*BREAKDOWNS):
             _last_change(traced)
     if traced.end is None or traced.end.kind != BOUNDARY:
+        return None
+    if closes_at_change(traced):
         return None
     beyond, last = _next_piece(traced), traced.points[-1]
     by = last.curve.orbits.by

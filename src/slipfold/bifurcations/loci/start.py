@@ -350,7 +350,7 @@ def parents_of(curve: LocusEquations, reached: OrbitPoint, settings: Settings) -
 def _parent_start(
     curve: LocusEquations, point: OrbitPoint, settings: Settings
 ) -> LocusStart | None:
-    """Return the period doubling or Hopf point that an orbit shrinks to."""
+    """Return the period doubling, change of contacts or Hopf point that an orbit shrinks to."""
     orbits = curve.orbits
     nodes = orbits.nodes(point.z)
     if orbits.period % 2:
@@ -363,7 +363,7 @@ def _parent_start(
         halves = orbits.by.states(nodes, orbits.constants(point.z), np.concatenate(rounds))
         both = halves.reshape(2, half.segments, -1)
         z = half.join(both.mean(axis=0), orbits.free_values(point.z))
-        parent = LocusEquations(half, "PD")
+        parent = LocusEquations(half, "PD" if curve.is_spectral else curve.condition)
     try:
         return regular_start(parent, z, settings)
     except InputError:
