@@ -11,7 +11,6 @@ import slipfold as sf
 from helpers.copied import run_python
 from helpers.explorer_models import RAYLEIGH
 from helpers.explorer_page import DIAGRAM, ORBIT, ExplorerPage, served
-from helpers.long_tests import long_except
 from helpers.ways_out import KEEP, RENDERED, leave, read, same_bifurcations, same_branches
 from slipfold.interface.explorer.plain import short
 
@@ -66,7 +65,8 @@ def looked_at(explorer, link):
     return shown
 
 
-@pytest.mark.parametrize("name", long_except((*sf.built_in_models(), *FILES), ("stuart-landau",)))
+@pytest.mark.long
+@pytest.mark.parametrize("name", [*sf.built_in_models(), *FILES])
 def test_what_leaves_the_page_of_any_model_has_its_numbers(pages, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     explorer, other = pages

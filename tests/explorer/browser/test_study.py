@@ -7,7 +7,7 @@ from playwright.sync_api import expect
 
 import slipfold as sf
 from helpers.command_line import run
-from helpers.explorer_page import ExplorerPage, served
+from helpers.explorer_page import ExplorerPage, served, violations
 
 STUDY = """
 model = "sliding"
@@ -80,6 +80,7 @@ def test_a_click_opens_the_diagram_of_a_case_with_the_threshold_that_was_found(e
     expect(page.locator(".cell.chosen")).to_be_hidden()
     page.get_by_label("Undo (Ctrl+Z)").click()
     expect(page.locator(".cell.chosen")).to_be_visible()
+    assert violations(page, "#study") == []  # last, since it skips what follows
 
 
 @pytest.mark.long
