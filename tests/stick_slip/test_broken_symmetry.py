@@ -73,8 +73,8 @@ def test_symmetry_breaks_where_another_integrator_finds_it(branches):
     assert (point.name, point.criticality) == ("pitchfork", "subcritical")
     # From the multipliers of the orbits that leave it there, at amplitudes that go to zero.
     assert point.coefficient == pytest.approx(76.4, rel=5e-3)
-    near, start = (point.value - 5e-3, point.value + 5e-3), point.nodes[0]
-    found = brentq(left_to_break, *near, args=(start,), xtol=1e-9)
+    near, start = (point.value - 1e-4, point.value + 1e-4), point.nodes[0]
+    found = brentq(left_to_break, *near, args=(start,), xtol=1e-8)
     assert found == pytest.approx(point.value, abs=1e-6)
 
 

@@ -45,7 +45,7 @@ def shaken(frequency, stiffness=None, damping=None, **loads):
     )
 
 
-@pytest.mark.parametrize("frequency", [0.6, 0.8])
+@pytest.mark.parametrize("frequency", [0.6, rarely(0.8)])
 def test_turns_of_den_hartogs_orbit_begin_to_stick(frequency):
     # Its largest friction without stops; the supremum in it is a limit.
     most = most_load(frequency / (2 * math.pi), MU)
@@ -255,7 +255,7 @@ def test_orbits_that_static_friction_only_just_holds_end_there(span):
         assert np.abs(pulls[np.abs(places[:, 1]) < 1e-9] - 0.35).min() < 1e-8
 
 
-@pytest.mark.parametrize("span", [(0.14, 0.2), (0.18, 0.14)])
+@pytest.mark.parametrize("span", [(0.14, 0.2), rarely((0.18, 0.14))])
 def test_without_damping_the_orbit_runs_away_at_resonance(span):
     # Friction below pi/4 of the force takes less than the force puts in.
     orbit = sf.periodic_orbit(den_hartog(0.5, 0.3, 0.35).replace(f=span[0]))
@@ -312,7 +312,7 @@ def test_a_bit_lifts_wherever_its_response_begins():
         assert point.value == pytest.approx(lift, abs=point.uncertainty)
 
 
-@pytest.mark.parametrize(("damper", "load"), [(0.0, 2.9), (0.05, 2.9), (0.05, 2.93)])
+@pytest.mark.parametrize(("damper", "load"), [(0.0, 2.9), (0.05, 2.93)])
 def test_two_masses_alike_stop_at_once(damper, load):
     # They change places where their loads are equal; that matters if a damper couples them.
     C = damper * np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -329,8 +329,7 @@ def test_two_masses_alike_stop_at_once(damper, load):
         assert len(branch) <= 10  # a step that is predicted across a MEET is not taken again
 
 
-@pytest.mark.parametrize("mu_s", [0.3, 0.5])
-@pytest.mark.parametrize("f", [0.06, 0.09, 0.2])
+@pytest.mark.parametrize(("f", "mu_s"), [(0.06, 0.5), (0.09, 0.5), (0.2, 0.3)])
 def test_masses_alike_have_the_multipliers_of_one(f, mu_s):
     # Nothing couples them; opposite forces make them stop, and slip back, at the same instants.
     found = []

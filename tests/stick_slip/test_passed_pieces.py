@@ -57,10 +57,10 @@ def meeting() -> sf.System:
 @pytest.mark.parametrize(
     ("type", "make", "apart", "c"),
     [
-        *(("GRAZE", grazing, apart, c) for apart in (1e-2, 1e-5) for c in (-0.5, 0.5)),
-        *(("STICK", sticking, apart, c) for apart in (1e-2, 1e-4) for c in (-0.5, 0.5)),
-        *(("LIFT", lifting, apart, c) for apart in (1e-2, 1e-5) for c in (-0.5, 0.5)),
-        *(("MEET", meeting, apart, c) for apart in (1e-2, 1e-4) for c in (-0.1, 0.1)),
+        *(("GRAZE", grazing, apart, c) for apart, c in ((1e-2, -0.5), (1e-5, 0.5))),
+        *(("STICK", sticking, apart, c) for apart, c in ((1e-2, 0.5), (1e-4, -0.5))),
+        *(("LIFT", lifting, apart, c) for apart, c in ((1e-2, -0.5), (1e-5, 0.5))),
+        *(("MEET", meeting, apart, c) for apart, c in ((1e-2, 0.1), (1e-4, -0.1))),
     ],
 )
 def test_both_changes_are_found_at_any_step(type, make, apart, c, largest):
