@@ -4,6 +4,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.bifurcations.branches import response
+from slipfold.models.registry import model_named
 
 ISOLA = {
     "name": "isola of cycles",
@@ -89,6 +90,17 @@ def test_cycles_that_a_doubled_branch_closes_on_are_followed(monkeypatch):
     assert [(item.type, pytest.approx(item.value)) for item in isola.special] == expected
     assert {isola.stopped.kind, doubled.stopped.kind} == {"closed"}
     assert set(where_it_began) == {"failed"}
+
+
+def test_a_cycle_that_settled_closes_on_the_doubling_it_does_not_know():
+    # Its halves differ by 0.1 and 1e-3 at the last two orbits. The parameter is an even function of
+    # that, so what is left out has the size of the product of the squares.
+    system, steps = model_named("lure"), sf.Steps(largest=0.1)
+    ((_, doubling), *_) = sf.response(system, "a", (0.64, 0.62), settled=True).special
+    settings = sf.Settings(largest_period=1, steps=steps)
+    (branch,) = sf.response(system, "a", (0.61, 0.7), settled=True, settings=settings).branches
+    assert "the period doubling of a cycle of half its duration" in branch.stopped.reason
+    assert branch.stopped.value == pytest.approx(doubling.value, abs=2e-8)
 
 
 def test_equilibria_that_cycles_shrink_to_are_followed_and_the_cycles_once():

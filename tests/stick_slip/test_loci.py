@@ -22,10 +22,16 @@ def worn(kinetic, speed):
 
 
 @pytest.fixture(scope="module")
-def ends():
-    """Where stick-slip cycles on the belt end, over its speed and kinetic friction."""
+def end():
+    """Where a stick-slip cycle on the belt ends, over its speed."""
     cycle = sf.periodic_orbit(worn(0.5, 1.5), state={"x": 2.0})
-    (end,) = sf.response(cycle, vary="Vd", span=(1.5, 1.9)).special
+    (point,) = sf.response(cycle, vary="Vd", span=(1.5, 1.9)).special
+    return point.point
+
+
+@pytest.fixture(scope="module")
+def ends(end):
+    """Where stick-slip cycles on the belt end, over its speed and kinetic friction."""
     return sf.locus(end, ("Vd", "mu_k"), ((1.0, 2.5), (0.2, 0.9)))
 
 
@@ -114,3 +120,11 @@ def test_no_orbit_on_the_curve_sticks_and_each_touches(ends):
     for row in (0, -1):
         fastest = locus.orbit(row).extrema.maximum[0, 1]
         assert fastest == pytest.approx(locus.values[row, 0], abs=1e-9)
+
+
+def test_sticking_cycles_are_known_whichever_period_they_are_counted_with(end):
+    # A branch from a doubling counts two, a trajectory that settles on the same cycles one.
+    twice = replace(end, period=2, model=end.model.replace(duration=end.duration / 2))
+    for points in ([end, twice], [twice, end]):
+        found = sf.locus(points, ("Vd", "mu_k"), ((1.8, 1.9), (0.49, 0.51)), switch=False)
+        assert [(locus.type, locus.period) for locus in found.loci] == [("GRAZE", points[0].period)]

@@ -183,7 +183,7 @@ def _approached(
         if nearer is None:
             break
         known.append(nearer)
-    if known[-1] is not last:
+    if len(known) > 1:
         further = _extrapolated(curve.orbits, known[-2], known[-1], fraction=0.0)
         meeting = meeting if further is None else further
     return known[-1], meeting

@@ -58,6 +58,8 @@ from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.progress import Observer
 
 UNFORCED = 1e-6
@@ -422,7 +424,7 @@ def title_of(curve: LocusEquations) -> str:
 def _sort(curve: LocusEquations) -> tuple[str, str, int, str]:
     """Type, quantity, period if it is known, and kind: only loci that agree in them may be one."""
     orbits = curve.orbits
-    period = 0 if orbits.free_phase and orbits.by.smooth else orbits.period
+    period = 0 if orbits.free_phase else orbits.period
     return curve.condition, curve.quantity, period, orbits.kind
 
 
@@ -430,9 +432,11 @@ def _in_period(period: int, orbits: Orbits, z: Array) -> tuple[Orbits, Array]:
     """Return a cycle as one of another period: one that settled after it had doubled has 1."""
     if period == orbits.period:
         return orbits, z
-    nodes, model = orbits.evenly(z), orbits.model_at(z)
+    smooth, model = orbits.by.smooth, orbits.model_at(z)
     model = model.replace(duration=model.values["duration"] * orbits.period / period)
-    same = orbits_of(orbits.model, orbits.varied, period, len(nodes))
+    nodes = orbits.evenly(z) if smooth else orbits.nodes(z)
+    by = Shooting if smooth else SwitchedShooting
+    same = orbits_of(orbits.model, orbits.varied, period, len(nodes), by=by)
     return same, same.unknown(nodes, model)
 
 
