@@ -1,5 +1,7 @@
 """Branches that nothing leads to: isolas made on purpose, and responses of two periods."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -32,11 +34,17 @@ def system(text):
     return sf.System.from_toml(text)
 
 
+@cache
+def searched_for(text):
+    """The response of one of the models above with a search, which several tests look at."""
+    return sf.response(system(text), vary="p", span=(-1, 1), search=True)
+
+
 @pytest.mark.parametrize("text", [ISOLA, FORCED_ISOLA], ids=["at rest", "forced"])
 def test_an_isola_is_found_and_followed_round(text):
     diagram = sf.response(system(text), vary="p", span=(-1, 1))
     assert len(diagram.branches) == 1
-    searched = sf.response(system(text), vary="p", span=(-1, 1), search=True)
+    searched = searched_for(text)
     known, isola = searched.branches
     assert np.array_equal(known.parameter, diagram.branches[0].parameter)
     assert searched.searched.found == (isola.id,) == (2,)
@@ -93,7 +101,7 @@ def test_an_interrupted_search_keeps_the_branches_and_follows_no_more(text):
             raise KeyboardInterrupt
 
     found = sf.response(system(text), vary="p", span=(-1, 1), search=True, on_progress=stop)
-    whole = sf.response(system(text), vary="p", span=(-1, 1), search=True)
+    whole = searched_for(text)
     assert found.searched.interrupted
     assert not whole.searched.interrupted
     assert len(found.branches) < len(whole.branches)

@@ -95,7 +95,7 @@ def test_a_linear_structure_is_exact_over_long_intervals():
     np.testing.assert_allclose(blocks[0], exact, atol=1e-13 * np.abs(exact).max())
 
 
-@pytest.fixture(scope="module", params=[3, 5])
+@pytest.fixture(scope="module", params=[3, pytest.param(5, marks=pytest.mark.long)])
 def two(request):
     """Modal shooting and shooting of a chain, and states at the nodes."""
     model = chain(request.param).with_scales(np.full(2 * request.param, 0.5))

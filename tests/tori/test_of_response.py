@@ -215,8 +215,9 @@ def test_of_orbits_that_stick_only_the_births_are_reported(tmp_path):
 
 
 def test_the_command(tmp_path):
-    arguments = ["--vary", "w=1:1.1", "--set", "a=0.3", "--set", "e=0.2", "--tori", "--json", "-"]
-    result = run("response", "vanderpol", *arguments)
+    (tmp_path / "coupled.toml").write_text(COUPLED)
+    arguments = ["--vary", "a=-0.1:0.1", "--set", "w=0.1", "--tori", "--json", "-"]
+    result = run("response", str(tmp_path / "coupled.toml"), *arguments)
     assert result.exit_code == 0
     torus = json.loads(result.stdout)["branches"][-1]
     assert (torus["kind"], torus["parent"], torus["period"]) == ("torus", 1, 1)
@@ -235,7 +236,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch(tmp_p
     assert up.rotation[-1] == pytest.approx(0.11315204, abs=1e-7)
     assert down.stopped.kind == "span"
     assert up.stable[:-3].all()
-    assert "begin on an attractor, at Nd = 0.155 N" in found.summary()
+    assert "begin on an attractor, at Nd = 0.16 N" in found.summary()
     found.save(tmp_path / "x.nc")
     for measure in ("rms", "max"):  # rms is not known of tori
         out = ["--out", str(tmp_path / "x.csv"), "--measure", measure]
@@ -243,7 +244,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch(tmp_p
     rows = [line.split(",")[1] for line in (tmp_path / "x.csv").read_text().splitlines()[1:]]
     assert [float(value) for value in rows] == [*up.parameter, *down.parameter]
     # Over two periods a simulation leads along the circle by the rotation number.
-    model, circle = sf.SlidingOscillator(f=12.5, Nd=0.155), up.circle(0)
+    model, circle = sf.SlidingOscillator(f=12.5, Nd=0.16), up.circle(0)
     motion = sf.simulate(model, 2, circle[0])
     turned = np.fft.irfft(
         np.fft.rfft(circle, axis=0)
@@ -272,7 +273,7 @@ def test_a_motion_on_no_torus_says_what_it_does():
 
 def test_motion_is_locked_between_the_folds_of_orbits():
     # A branch of orbits of period 20, followed by continuation, closes on itself, with these folds.
-    found = of_the_sliding_oscillator((0.144, 0.156), 0.15)
+    found = of_the_sliding_oscillator((0.144, 0.1505), 0.15)
     (locked,) = found.tori[-1].locked
     assert (locked.low, locked.high) == pytest.approx((0.145216792900, 0.145283732788), abs=1e-11)
     assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
