@@ -27,7 +27,7 @@ BAUTIN = sf.System(
 CUSP = sf.System(
     name="cusp", parameters={"a": -1.0, "b": 1.0}, states={"x": "a + b*x - x^3", "y": "-y"}
 )
-QUIET = sf.Settings(largest_period=1)
+QUIET = sf.Settings(largest_period=0)
 
 
 def point_of(model, vary, span, kind, **parameters):
