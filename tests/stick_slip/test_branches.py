@@ -173,3 +173,25 @@ def test_a_doubled_branch_that_sticks_ends_at_its_parents_other_doubling():
     assert double.stopped.kind == "closed"
     assert double.parameter[[0, -1]] == pytest.approx([p.value for p in doublings], abs=1e-9)
     assert [point.type for point in double.special] == ["GRAZE", "LP", "GRAZE"]
+
+
+def test_cycles_that_stick_double() -> None:
+    # Two blocks on a belt, coupled, one with more friction: a stable cycle, and one of two rounds.
+    laws = (sf.RationalStribeck(mu_s=1.0, d=3.0), sf.RationalStribeck(mu_s=1.3, d=3.0))
+    contacts = [
+        sf.FrictionContact(name, law, load=1.0, Vd=0.2, name=name)
+        for name, law in zip("ab", laws, strict=True)
+    ]
+    stiffness = [[2.2, -1.2], [-1.2, 2.2]]
+    blocks = sf.Structure(np.eye(2), None, stiffness, names=["a", "b"], contacts=contacts)
+    start = {"mu_s_b": 1.3, "a": 0.0}
+    cycles, doubled = sf.response(blocks, "mu_s_b", (1.3, 1.56), start=start, settled=True).branches
+    assert [point.leads_to for point in cycles.special] == [2]
+    assert doubled.stopped.kind == "span"
+    orbit = doubled.orbit(-1)
+    assert orbit.stable
+    beside = orbit.state + np.array([1e-3, 0.0, 0.0, 0.0])
+    motion = sf.simulate(blocks.replace(mu_s_b=1.56), state=beside)
+    assert motion.settlement.duration == pytest.approx(orbit.duration, rel=1e-8)
+    largest = orbit.extrema.maximum[0, :2]
+    assert np.array(motion.last_round.maximum)[:2] == pytest.approx(largest, rel=1e-8)

@@ -265,8 +265,12 @@ def doubled_orbit(orbits: Orbits, z: Array, residual: float) -> OrbitPoint:
     moved[child.by.start >= orbits.period] *= -1.0
     tangent = np.concatenate([moved.ravel(), np.zeros(len(orbits.units))])
     # The largest component starts positive: of the two copies always the same one.
-    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
+    tangent *= np.sign(direction[np.abs(direction).argmax()])
     doubled = child.join(nodes, orbits.free_values(z))
+    if child.free_phase:  # tangents are orthogonal to the flow; a single node may lead along it
+        flow = child.flow_direction(doubled)
+        tangent -= (flow @ tangent) * flow
+    tangent /= np.linalg.norm(tangent)
     return child.derived_point(doubled, tangent, 0.0, part.monodromy @ part.monodromy, residual)
 
 
