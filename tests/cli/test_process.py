@@ -265,14 +265,6 @@ def test_interrupt_is_heeded_where_the_shell_ignores_it(number):
     assert "--out FILE.nc would keep it" in " ".join(terminal.text.split())
 
 
-def test_silent_where_standard_error_is_no_terminal():
-    run = subprocess.run(
-        [*PROGRAM, "response", "sliding", "--vary", "Nd=0:0.01"], capture_output=True, check=True
-    )
-    assert run.stderr == b""
-    assert run.stdout.startswith(b"sliding: Nd from 0 to 0.01 N")
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 def test_standard_output_on_a_full_disk():
     with open("/dev/full", "w") as full:
@@ -304,10 +296,14 @@ HEAVY = {"xarray", "pandas", "matplotlib", "rich", "h5py", "h5netcdf"}
             ["response", "sliding", "--vary", "Nd=0:0.01", "--json", "-"],
             {"scipy", "slipfold.bifurcations.loci"},
         ),
-        (["locus", "sliding", "--vary", "f=12:12.1", "--vary", "Nd=0:0.01", "--json", "-"], set()),
+        (
+            ["locus", "sliding", "--vary", "f=12.49:12.5", "--vary", "Nd=0:0.05", "--type", "PD",
+             "--period", "1", "--json", "-"],
+            set(),
+        ),
     ],
-)
-def test_a_command_starts_without_heavy_modules(arguments, others):
+)  # fmt: skip
+def test_a_command_starts_without_heavy_modules_and_is_silent_off_a_terminal(arguments, others):
     program = (
         f"import sys; sys.argv[1:] = {arguments!r}\n"
         "from slipfold.interface.cli import main\n"
@@ -319,4 +315,5 @@ def test_a_command_starts_without_heavy_modules(arguments, others):
     run = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
+    assert json.loads(run.stdout)["schema"].startswith("slipfold.")
     assert run.stderr == "[]\n"
