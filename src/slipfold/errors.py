@@ -7,8 +7,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
-"""What linear algebra, SciPy and heyoka raise where numbers are beyond them."""
+from numpy.linalg import LinAlgError
 
 
 def breakdown(error: Exception) -> str:
@@ -44,6 +43,10 @@ class InputError(ValueError):
     def __init__(self, message: str, *entry: str) -> None:
         super().__init__(message)
         self.entry = entry
+
+
+BREAKDOWNS = (ArithmeticError, LinAlgError, RuntimeError, InputError)
+"""What computations raise where numbers are beyond them; any other error is one of the program."""
 
 
 @contextmanager

@@ -1,9 +1,10 @@
-"""Newton's method for many systems of equations at once."""
+"""Newton's method for many systems of equations at once, and the zero of one function."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,3 +100,18 @@ def find_root(step: Callable[[Array], Array], guess: Array, rule: Rule) -> Array
     """
     found = correct_many(lambda _, z: step(z[0])[None], guess[None], rule)
     return found.z[0] if found.found[0] else None
+
+
+def zero_between(
+    function: Callable[[float], float], low: float, high: float, close: float
+) -> float:
+    """Return the zero of a function that has different signs at two places, so far known."""
+    from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
+
+    def known(place: float) -> float:
+        value = float(function(place))
+        if isnan(value):
+            raise ArithmeticError(f"a function with a zero is not known at {place:.9g}")
+        return value
+
+    return float(brentq(known, low, high, xtol=close))

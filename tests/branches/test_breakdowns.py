@@ -14,6 +14,7 @@ import slipfold as sf
 from helpers.long_tests import long_except
 from slipfold.bifurcations.branches import ends
 from slipfold.bifurcations.branches.switching_boundaries import left_to_change
+from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
@@ -146,6 +147,13 @@ def test_a_cycle_that_comes_to_a_singularity_says_so():
     assert branch.stopped.kind == "failed"
     assert "the orbit reaches states where the equations have no value" in branch.stopped.reason
     assert "duration" not in diagram.summary().splitlines()[0]
+
+
+def test_a_cycle_that_is_not_known_is_compared_with_none():
+    orbits = orbits_at(GROWING.replace(mu=0.3))
+    known = orbits.unknown(np.eye(8, 2), orbits.model)
+    with pytest.raises(ArithmeticError, match="nearest to nothing"):
+        orbits.started_near(known, np.full(len(known), np.nan))
 
 
 def test_an_equilibrium_that_runs_away_says_so():

@@ -15,6 +15,7 @@ from slipfold.continuation.locate import LostCurveError, locate
 from slipfold.continuation.search import Zeros
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import MonitorResult, Stop
+from slipfold.newton import zero_between
 
 
 class Polynomials(AlgebraicCurve):
@@ -151,6 +152,16 @@ def test_a_curve_ends_where_another_description_of_it_breaks_down():
     trail = followed(Undescribed([0.0, -1.0, 0.0, 1.0]), [])
     assert trail.end.kind == "failed"
     assert "the computation broke down (SVD did not converge)" in trail.end.reason
+
+
+def test_a_defect_of_the_program_ends_no_curve_in_silence():
+    with pytest.raises(ValueError, match="empty"):
+        followed(cubic(1.0), [lambda interval: min(())])
+
+
+def test_a_zero_of_a_function_with_a_gap_breaks_down():
+    with pytest.raises(ArithmeticError, match="is not known at"):
+        zero_between(lambda x: x if abs(x) > 0.2 else np.nan, -1.0, 1.5, 1e-9)
 
 
 @pytest.mark.parametrize("order", [1, -1])

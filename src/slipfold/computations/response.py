@@ -295,7 +295,7 @@ def _batch(
         return {}
     models, began = dict[int, Model](), perf_counter()
     for case in range(start, min(start + SIMULTANEOUS, len(cases))):
-        with suppress(InputError, *BREAKDOWNS):  # reported when the case itself is computed
+        with suppress(*BREAKDOWNS):  # reported when the case itself is computed
             own = model.replace(**cases[case], **{vary: span[0]})
             check_followed(own)
             models[case] = measured_over(own, vary, span)
@@ -303,7 +303,7 @@ def _batch(
         return {}
     try:
         result = follow_batch(list(models.values()), vary, span, settings, send)
-    except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
+    except BREAKDOWNS:  # reported when the case itself is computed
         return {}
     for followed in result:
         followed.seconds = (perf_counter() - began) / len(models)
@@ -316,11 +316,11 @@ def _diagrams(
     """Return the diagrams of cases that were followed in a batch, without those that fail."""
     began, branches = perf_counter(), dict[int, tuple[Branch, ...]]()
     for case, item in batch.items():
-        with suppress(InputError, *BREAKDOWNS):  # reported when the case itself is computed
+        with suppress(*BREAKDOWNS):  # reported when the case itself is computed
             branches[case] = item.assembled(vary, span[0])
     try:
         checked = check_together(list(branches.values()))
-    except (InputError, *BREAKDOWNS):  # likewise
+    except BREAKDOWNS:  # likewise
         return {}
     each = (perf_counter() - began) / len(batch)
     diagrams = dict[int, Diagram]()

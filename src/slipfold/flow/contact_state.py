@@ -105,7 +105,7 @@ def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expr
     return result + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]
 
 
-class Undecided(ValueError):
+class Undecided(ArithmeticError):
     """No mode is consistent with the forces."""
 
 

@@ -155,7 +155,7 @@ of its angle are regular in a time s with ``dt = |v| ds``."""
 COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
 
 
-class UndeterminedMode(ValueError):
+class UndeterminedMode(ArithmeticError):
     """Sticking contacts constrain one degree of freedom twice: their forces are undetermined."""
 
 

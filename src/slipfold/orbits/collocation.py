@@ -312,7 +312,7 @@ class Collocation(MeshDiscretization):
         density = np.maximum(density, scheme.density)
         lengths = np.diff(pattern)
         wanted = MESH.spare * (1 + FLOOR) * float(density @ lengths)
-        wanted = min(max(INTERVALS, int(np.ceil(wanted))), MESH.max_intervals // self.copies)
+        wanted = int(np.ceil(min(max(INTERVALS, wanted), MESH.max_intervals // self.copies)))
         fits = scheme.points is self.points and scheme.density * lengths.max() <= MESH.finer
         better = graded(spread(pattern, density, wanted))
         if fits and errors.max() <= MESH.slack and len(pattern) <= MESH.wasteful * len(better):

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping
 from copy import copy
 from dataclasses import dataclass
+from math import isfinite
 from typing import Self
 
 import numpy as np
@@ -273,6 +274,8 @@ class Discretization(ABC):
             gap = -self.apart(started / self.scales, wanted / self.scales)
             # Near an equilibrium all phases are as near.
             step = float((rates * gap).sum() / (rates * rates).sum())
+            if not isfinite(step):
+                raise ArithmeticError("a cycle that is not known is nearest to nothing")
             later += min(max(step, -spacing), spacing)
         started = self.states(nodes, constants, self.start + later) / self.scales
         return wanted + self.apart(started, wanted / self.scales) * self.scales

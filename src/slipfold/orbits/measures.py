@@ -8,6 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.newton import WholeMatrix
+from slipfold.newton import zero_between
 from slipfold.orbits.extrema import AVERAGED
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import Orbits
@@ -259,8 +260,6 @@ class _Along:
 
     def _phase_of(self, sign: int) -> float:
         """Return the phase of the minimum (-1) or maximum (1)."""
-        from scipy.optimize import brentq
-
         by = self._by
         even = np.arange(MEASURE.samples * by.period) / MEASURE.samples
         phases = np.sort(np.append(by.phase + even, by.start))
@@ -278,7 +277,7 @@ class _Along:
 
         if not speed(left) > 0 > speed(right):  # it is constant, or turns at once
             return float(phases[place])
-        return float(brentq(speed, left, right, xtol=MEASURE.exact))
+        return zero_between(speed, left, right, MEASURE.exact)
 
     def _slopes(self, state: Array, phase: float) -> tuple[Array, Array, float]:
         """Return the derivatives by a state and by what is free, and the rate. Shapes: state (n,).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from math import isfinite
 from typing import Self
 
 import numpy as np
@@ -108,6 +109,8 @@ def spread(edges: Array, density: Array, count: int, parts: int = 1) -> Array:
     """
     lengths = np.diff(edges)
     total = float(density @ lengths)
+    if not isfinite(total):
+        raise ArithmeticError("the orbit that a mesh would fit is not known")
     raised = density + (FLOOR * total / (edges[-1] - edges[0]) if total > 0 else 1.0)
     cumulated = np.concatenate([[0.0], np.cumsum(raised * lengths)])
     ends = cumulated[:: len(lengths) // parts]

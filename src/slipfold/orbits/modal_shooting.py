@@ -371,7 +371,7 @@ class ModalShooting(MeshDiscretization, Shooting):
         parts = self.segments // math.gcd(self.segments, self.copies)
         needed = (density * np.diff(pattern)).reshape(parts, -1).sum(axis=1)
         most = float(needed.max() + FLOOR * needed.mean()) * self.copies * parts / self.segments
-        each = min(max(2, int(np.ceil(SHOTS.spare * most))), SHOTS.most)
+        each = int(np.ceil(min(max(2, SHOTS.spare * most), SHOTS.most)))
         each = _repeating(each, self.segments, self.copies)
         own = len(lengths) // self.segments
         fits = errors.max() <= SHOTS.slack and turning * lengths.max() <= SHOTS.finer

@@ -326,7 +326,7 @@ def _best_start(measured: Weighted, model: Model, report: Report) -> tuple[Expla
         try:
             changed = model.replace(**dict(zip(measured.names, values, strict=True)))
             starts.append(measured.explained(changed))
-        except (InputError, *BREAKDOWNS):  # the model has no response there
+        except BREAKDOWNS:  # the model has no response there
             continue
     starts[1:] = sorted(starts[1:], key=lambda item: item.cost(item.scale))
     best, scale, again = starts[0], starts[0].scale, 0

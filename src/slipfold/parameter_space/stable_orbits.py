@@ -110,7 +110,7 @@ def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[
         if any((np.abs(state - far.nodes[0]) <= PREDICTION.same * size).all() for state in there):
             return branches
         return [*branches, *trace_response(model, vary, span[::-1], settings=Settings())]
-    except (InputError, *BREAKDOWNS):
+    except BREAKDOWNS:
         return branches
 
 

@@ -34,7 +34,7 @@ from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.traced_curve import Found, TracedCurve
-from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equilibrium import linear_responses
 from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_along
 from slipfold.flow.flow import flow_of
@@ -166,7 +166,7 @@ def _responses(
     flow, curves = flow_of(orbits.model), dict[int, ForcedOrbits]()
     for number, case in enumerate(cases):
         case.failure = "no linear response"
-        with suppress(InputError, *BREAKDOWNS):
+        with suppress(*BREAKDOWNS):
             curve = forced_orbits(case.model, orbits.vary, orbits.width, settings)
             if isinstance(curve.by, Shooting):
                 curves[number], case.failure = curve, ""

@@ -14,6 +14,7 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.models.angles import wrap_angles
+from slipfold.newton import zero_between
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 
@@ -139,18 +140,16 @@ def meets_image(
 
 def _meeting(interval: StepInterval[OrbitPoint]) -> tuple[float, Array]:
     """Return where the halves of the interpolated orbit become the same."""
-    from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
-
     orbits, before, point = interval.traced.curve.orbits, interval.before, interval.point
     direction = asymmetry(orbits, before.z)
     near = well_spaced(interval.history, before.arclength, point.arclength, POINTS)
     place = point.arclength
     if direction @ asymmetry(orbits, point.z) < 0:
-        place = brentq(
-            lambda arclength: direction @ asymmetry(orbits, hermite(near, arclength)[0]),
+        place = zero_between(
+            lambda s: float(direction @ asymmetry(orbits, hermite(near, s)[0])),
             before.arclength,
             point.arclength,
-            xtol=1e-6,
+            close=1e-6,
         )
     return place, hermite(near, place)[0]
 

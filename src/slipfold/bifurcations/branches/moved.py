@@ -31,7 +31,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import arcs, hermite_each, lengths_of
 from slipfold.continuation.locate import ZERO
 from slipfold.continuation.search import Interpolated
-from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.errors import BREAKDOWNS
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import TESTS, Converged, OrbitBatch, Solutions
@@ -91,7 +91,7 @@ def moved_branches(
         return None
     try:
         return _moved(known, model, span)
-    except (InputError, *BREAKDOWNS):
+    except BREAKDOWNS:
         return None
 
 

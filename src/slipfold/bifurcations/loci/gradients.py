@@ -80,7 +80,7 @@ def solved(
         orbits, z = on_a_mesh(orbits, point)
         found = corrected(equations_of(orbits, point, z), z, OTHER, settings)
     if not found.converged or found.distance > LOCUS.moved:
-        raise ValueError(found.failure or "the equations lead to another point")
+        raise ArithmeticError(found.failure or "the equations lead to another point")
     return orbits, found
 
 

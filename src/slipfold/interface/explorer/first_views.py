@@ -15,7 +15,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.computations.response import response
-from slipfold.errors import BREAKDOWNS, InputError, refusal
+from slipfold.errors import BREAKDOWNS, refusal
 from slipfold.interface.explorer.messages import ScreenRequest
 from slipfold.interface.explorer.plain import Check, Emit, number
 from slipfold.interface.explorer.settings import PAGE
@@ -121,7 +121,7 @@ def send_screen(model: Model, request: ScreenRequest, send: Emit, check: Check) 
         try:
             span = span_about(model, name)
             branches = response(model, name, (span[0], span[1]), on_progress=watch).branches
-        except (*BREAKDOWNS, InputError, KeyboardInterrupt):
+        except (*BREAKDOWNS, KeyboardInterrupt):
             continue  # interrupted before there was a branch
         points = [p for each in branches[:1] for p in each.special if p.type in BIFURCATION_TYPES]
         if points:
@@ -177,7 +177,7 @@ def _unstable(model: Model, name: str, value: float, near: Array) -> int | None:
         if state is None:
             return None
         found = np.linalg.eigvals(evaluation_of(there).jacobian(there, state))
-    except (*BREAKDOWNS, InputError):
+    except BREAKDOWNS:
         return None
     return int((found.real > SCREEN.positive * np.abs(found).max(initial=0.0)).sum())
 
