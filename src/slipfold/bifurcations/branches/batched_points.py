@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Bracket
 from slipfold.bifurcations.branches.stops import STOP
-from slipfold.continuation.locate import ZERO, Guess, Guesses, LostCurveError, corrected_together
+from slipfold.continuation.locate import Guess, LostCurveError, corrected_together
 from slipfold.continuation.newton import NEWTON
 from slipfold.continuation.traced_curve import Found
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Converged, OrbitBatch, Solutions
@@ -26,31 +26,6 @@ def critical_values(brackets: Sequence[Bracket], orbits: Solutions) -> Array:
     return np.asarray(orbits.tests[np.arange(len(brackets)), kinds])
 
 
-def _correction(
-    orbits: OrbitBatch, brackets: Sequence[Bracket], function: Function, tolerance: float | None
-) -> Callable[[dict[int, Guess]], dict[int, OrbitPoint | LostCurveError]]:
-    """Return what corrects guesses within brackets, by the flow itself if there is a tolerance."""
-    given = (BATCH.last_step, np.inf) if tolerance is None else (NEWTON.exact, np.inf, EXACTLY)
-
-    def correct(guesses: dict[int, Guess]) -> dict[int, OrbitPoint | LostCurveError]:
-        own, known = [brackets[number] for number in guesses], guesses.values()
-        z, rows = np.array([item.z for item in known]), np.array([item.row for item in known])
-        cases = np.array([item.case for item in own])
-        found = orbits.correct(cases, z, rows, *given)
-        residuals = np.zeros(len(z)) if tolerance is None else orbits.residuals(cases, found.z)
-        values, points = function(own, found), dict[int, OrbitPoint | LostCurveError]()
-        good = np.isfinite(values) & (residuals <= (tolerance or 0.0))
-        for row, (number, guess) in enumerate(guesses.items()):
-            points[number] = LostCurveError("no orbit was found between two others")
-            if good[row]:
-                place = own[row].orbits, guess.arclength, float(residuals[row])
-                points[number] = point = found.point(row, *place)
-                point.tests[own[row].kind] = float(values[row])
-        return points
-
-    return correct
-
-
 Located = list[Found[OrbitPoint] | LostCurveError]
 """What was found in each bracket, or why nothing was."""
 
@@ -60,35 +35,32 @@ def exact_zeros(
     brackets: Sequence[Bracket],
     tolerance: float,
     function: Function = critical_values,
-    near: float = BATCH.near,
-    close: float = ZERO.close,
+    close: float = BATCH.zero,
 ) -> Located:
-    """Locate the zeros within brackets by explicit steps, then by the flow itself."""
-    roughly = [item.locating(near) for item in brackets]
-    located = corrected_together(roughly, _correction(orbits, brackets, function, None))
-    searches = [_polishing(item, close) for item in located]
-    return corrected_together(searches, _correction(orbits, brackets, function, tolerance))
+    """Locate the zeros within brackets by the flow itself, all at the same time."""
 
+    def correct(guesses: dict[int, Guess]) -> dict[int, OrbitPoint | LostCurveError]:
+        own, known = [brackets[number] for number in guesses], guesses.values()
+        z, rows = np.array([item.z for item in known]), np.array([item.row for item in known])
+        cases = np.array([item.case for item in own])
+        found = orbits.correct(cases, z, rows, NEWTON.exact, np.inf, EXACTLY)
+        values, points = function(own, found), dict[int, OrbitPoint | LostCurveError]()
+        for row, (number, guess) in enumerate(guesses.items()):
+            points[number] = LostCurveError("no orbit was found between two others")
+            if np.isfinite(values[row]):
+                points[number] = point = found.point(row, own[row].orbits, guess.arclength, np.nan)
+                point.tests[own[row].kind] = float(values[row])
+        return points
 
-def _polishing(
-    found: Found[OrbitPoint] | LostCurveError, close: float
-) -> Guesses[Found[OrbitPoint]]:
-    """Search near a zero by secant steps; of what is left rounding decides."""
-    if isinstance(found, LostCurveError):
-        raise found
-    kind, slope, before, known = found.type, found.slope, np.nan, list[OrbitPoint]()
-    point, value, row = found.point, found.point.tests[found.type], found.point.tangent
-    for _ in range(BATCH.secants):
-        z = point.z - value / slope * row
-        point = yield Guess(z, row, (), point.arclength)
-        value, row = point.tests[kind], point.tangent
-        known.append(point)
-        # Values before the first step have other errors. Of rounding a slope may become anything.
-        change = 1 - value / before
-        slope, before = slope * change if change > BATCH.flatter else slope, value
-        if abs(value) <= close * abs(slope):
-            break
-    return Found(kind, min(known, key=lambda item: abs(item.tests[kind])), slope)
+    located: Located = corrected_together([item.locating(close) for item in brackets], correct)
+    there = [(i, item) for i, item in enumerate(located) if isinstance(item, Found)]
+    cases = np.array([brackets[i].case for i, _ in there], dtype=np.int64)
+    residuals = orbits.residuals(cases, np.array([item.point.z for _, item in there]))
+    for (i, item), residual in zip(there, residuals.tolist(), strict=True):
+        lost = LostCurveError("the orbit at a zero does not close")
+        known = replace(item, point=replace(item.point, residual=residual))
+        located[i] = known if residual <= tolerance else lost
+    return located
 
 
 # -- ends at limits of the model ------------------------------------------------------------------
@@ -125,8 +97,7 @@ def orbits_at_limits(
         each = orbits.margins(np.array([item.case for item in brackets]), solutions.z)
         return np.asarray(each[np.arange(len(which)), which])
 
-    close = STOP.limit_close
-    zeros = exact_zeros(orbits, [*brackets.values()], tolerance, margin, close, close)
+    zeros = exact_zeros(orbits, [*brackets.values()], tolerance, margin, STOP.limit_close)
     return dict(zip(brackets, zeros, strict=True))
 
 

@@ -49,12 +49,8 @@ class BATCH:
     max_rounds: int = 400
     # A correction shorter than this is the last: test functions are those before it
     last_step: float = 1e-8
-    # Distance from a zero at which secant steps with the flow itself begin
-    near: float = 1e-7
-    # Maximum number of these; two or three are needed
-    secants: int = 4
-    # Smallest ratio of a slope to the one before it, after a step with which the value changed
-    flatter: float = 0.05
+    # Arclength to which a zero is located: less than on a curve alone, whose values are all exact
+    zero: float = 1e-13
     # Orbits at the end of a branch between which a limit may lie: near a singularity explicit steps
     # are too inexact to show on which side of it they lie
     last: int = 3
