@@ -11,11 +11,13 @@ from numpy.linalg import LinAlgError
 
 
 def breakdown(error: Exception) -> str:
-    """Say as a clause what broke down.
+    """Say as a clause what broke down; of a refusal what it says.
 
     >>> breakdown(ZeroDivisionError("division by zero"))
     'the computation broke down (division by zero)'
     """
+    if isinstance(error, InputError):
+        return str(error)
     return f"the computation broke down ({str(error) or type(error).__name__})"
 
 
@@ -45,8 +47,11 @@ class InputError(ValueError):
         self.entry = entry
 
 
-BREAKDOWNS = (ArithmeticError, LinAlgError, RuntimeError, InputError)
-"""What computations raise where numbers are beyond them; any other error is one of the program."""
+NUMERICAL = (ArithmeticError, LinAlgError, RuntimeError)
+"""What linear algebra, SciPy and heyoka raise where numbers are beyond them."""
+
+BREAKDOWNS = (*NUMERICAL, InputError)
+"""What computations may raise; any other error is one of the program."""
 
 
 @contextmanager

@@ -337,8 +337,6 @@ def _one(
     """Return the diagram of a case, or why there is none."""
     try:
         return response(model.replace(**values), vary, span, **options)
-    except InputError as error:
-        return str(error)
     except BREAKDOWNS as error:
         return breakdown(error)
 

@@ -15,7 +15,7 @@ from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, StepInterval, Stop, TracedCurve
 from slipfold.continuation.walk import Bound, CurveSteps, Failure, first_point, reaches
-from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.errors import BREAKDOWNS, breakdown
 
 
 class Endings(Generic[P]):
@@ -135,8 +135,8 @@ class _Follower(Generic[P]):
                 step = STEP.retreat * (min(length, first_step) if before is first else length)
                 if step >= self.settings.steps.smallest:
                     return step
-                said = isinstance(error, LostCurveError | InputError)
-                reason = str(error) if said else breakdown(error)
+                lost = isinstance(error, LostCurveError)
+                reason = str(error) if lost else breakdown(error)
                 traced.end = self.endings.failed(traced, Failure("failed", reason))
                 return None
             self.on_step(traced)

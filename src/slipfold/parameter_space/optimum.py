@@ -18,7 +18,7 @@ from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.stability import loss_of_stability
 from slipfold.bifurcations.loci.gradients import column_of, corrected, plane_of_scales, solved
 from slipfold.continuation.newton import Correction
-from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.errors import BREAKDOWNS, NUMERICAL, InputError, breakdown
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
@@ -209,9 +209,7 @@ class ParameterizedPoint(ParameterizedSolution):
             )
         try:
             orbits, found = solved(point, plane_of_scales(point, names[0]), Settings())
-        except InputError:
-            raise
-        except BREAKDOWNS as error:
+        except NUMERICAL as error:
             raise InputError(
                 f"the {point.type} at {point.vary} = {point.value:.6g} is not found again "
                 f"({breakdown(error)}); compute it again"

@@ -83,8 +83,6 @@ def _record(
 ) -> Record:
     try:
         values = values or task.work.compute(task.model.replace(**given))
-    except InputError as error:
-        return failure(number, given, str(error))
     except BREAKDOWNS as error:
         return failure(number, given, breakdown(error))
     # A defect of the program that one case lays bare is to be reported, and stops no others.

@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.continuation.end import End
 from slipfold.continuation.newton import Correction, correct
-from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.errors import NUMERICAL, InputError, breakdown
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured_within
@@ -144,9 +144,7 @@ class FirstOrbit:
             if not model.forced:
                 return equilibrium_start(model, self.vary, value, other)
             return self._response(model, value, other)
-        except InputError:
-            raise
-        except BREAKDOWNS as error:
+        except NUMERICAL as error:
             raise InputError(
                 f"nothing was found at {self.vary} = {value:g}: {breakdown(error)}; start the "
                 "span elsewhere"

@@ -22,7 +22,7 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import Failure, first_point
-from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.errors import BREAKDOWNS, NUMERICAL, InputError, breakdown
 from slipfold.flow.modes import GRAZED
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import (
@@ -72,9 +72,7 @@ def regular_start(
     """Return a point of a locus with both its directions."""
     try:
         point = _regular_point(curve, z, settings)
-    except InputError:
-        raise
-    except BREAKDOWNS as error:
+    except NUMERICAL as error:
         raise _no_locus(curve, z, breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
     step = STEP.emanating if crosses else LOCUS.first_step
