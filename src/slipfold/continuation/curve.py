@@ -162,7 +162,7 @@ class AlgebraicCurve(Curve[Point]):
         """Return the functions that change sign at special points, by name."""
         return {}
 
-    def linearize(self, z: Array) -> _Dense:
+    def linearize(self, z: Array) -> Linearized:
         """Return the defect with its derivatives."""
         return _Dense(self.defect(z), self.jacobian(z))
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Self
 
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.curve import Curve, Point
+from slipfold.continuation.curve import AlgebraicCurve, Point
 from slipfold.continuation.newton import Correction, WholeMatrix
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import flow_of
@@ -94,7 +94,7 @@ RESONANCES = tuple(
 """Rotation numbers at which a circle may be locked, up to a denominator of 12."""
 
 
-class Circles(Curve[Point]):
+class Circles(AlgebraicCurve):
     r"""Circles that the flow over k periods turns by a part of a turn.
 
     .. math:: P(u(\theta_j)) = u(\theta_j + \rho), \qquad j = 1, \ldots, m
@@ -193,8 +193,12 @@ class Circles(Curve[Point]):
         ends = self.flow.advance(self.states(z), zero, zero + self.period, self.constants(z))
         return self._apart(z, ends)
 
+    def jacobian(self, z: Array) -> Array:
+        """Return all derivatives of the equations, shape (m n + k, m n + k + 1)."""
+        return self.linearize(z).jacobian
+
     def linearize(self, z: Array) -> _Linearized:
-        """Return the same with its derivatives."""
+        """Return the equations with their derivatives."""
         zero, states, turns = np.zeros(self.count), self.states(z), self.rotation(z)
         constants = self.constants(z)
         along = constants.rates[:, self._indices]
@@ -203,7 +207,8 @@ class Circles(Curve[Point]):
         )
         by_turns = -(slopes(turned(states, turns)) / self._sizes).ravel()
         by_free = (by_parameters * self._units / self._sizes[:, None]).reshape(self.size, -1)
-        return _Linearized(self._apart(z, ends), matrices, turns, by_turns, by_free, self)
+        by_others = np.insert(by_free, -1, by_turns, axis=1)
+        return _Linearized(self._apart(z, ends), matrices, turns, by_others, self)
 
     def blended(self, known: Sequence[_Linearized | None], weights: Array) -> _Linearized | None:
         """Return a weighted sum of derivatives at several circles."""
@@ -214,48 +219,23 @@ class Circles(Curve[Point]):
         def mixed(name: str) -> Any:
             return sum(w * getattr(item, name) for w, item in zip(weights, whole, strict=True))
 
-        return _Linearized(
-            whole[-1].defect,
-            mixed("matrices"),
-            mixed("turns"),
-            mixed("by_turns"),
-            mixed("by_free"),
-            self,
-        )
-
-    def jacobian(self, matrices: Array, turns: float, by_turns: Array, by_free: Array) -> Array:
-        """Return all derivatives of the equations, shape (m n + k, m n + k + 1)."""
-        (m, n), size = self.reference.shape, self.size
-        jacobian = np.zeros((size + len(self._kept), size + len(self._kept) + 1))
-        circle, place = jacobian[:size, :size].reshape(m, n, m, n), np.arange(m)
-        circle[:] = -turning(m, turns)[:, None, :, None] * np.eye(n)[:, None, :]
-        circle[place, :, place, :] += matrices * (self._scales / self._scales[:, None])
-        jacobian[:size, size:] = np.insert(by_free, -1, by_turns, axis=1)
-        jacobian[size:, :size] = self._kept
-        return jacobian
+        parts = mixed("matrices"), mixed("turns"), mixed("by_others")
+        return _Linearized(whole[-1].defect, *parts, self)
 
     def residual(self, z: Array, defect: Array) -> float:
         """Return the largest mismatch, in scaled states."""
         return float(np.abs(defect).max()) * float(np.sqrt(self.count))
 
-    def point(self, correction: Correction, arclength: float) -> Point:
-        """Return a converged correction as a point."""
-        z, bordered = correction.z, correction.bordered
-        tangent = bordered.tangent()
+    def tests(self, z: Array, tangent: Array) -> dict[str, float]:
+        """Return what is zero at a fold, where circles vanish, and at each strong resonance."""
         tests = {"LP": float(tangent[-1]), "size": self._size(z)}
         strong = [ratio for ratio in RESONANCES if ratio.denominator <= TORUS.strong]
-        tests |= {str(ratio): self.rotation(z) - float(ratio) for ratio in strong}
-        return Point(
-            z,
-            tangent,
-            arclength,
-            tests,
-            bordered.sign,
-            correction.residual,
-            bordered.volume,
-            curve=self,
-            linearization=correction.linearization,
-        )
+        return tests | {str(ratio): self.rotation(z) - float(ratio) for ratio in strong}
+
+    def point(self, correction: Correction, arclength: float) -> Point:
+        """Return a converged correction as a point, with its derivatives."""
+        known = {"curve": self, "linearization": correction.linearization}
+        return replace(super().point(correction, arclength), **known)
 
     def renewed(self, points: Sequence[Point]) -> tuple[Any, list[Point]] | None:
         """Return the last point at as many angles as it needs."""
@@ -301,20 +281,30 @@ class Circles(Curve[Point]):
 
 @dataclass(frozen=True, eq=False)
 class _Linearized:
-    """Mismatch and Jacobian, with the derivatives of the map at the angles."""
+    """Mismatch and derivatives, of which those of the map at the angles are stored."""
 
     defect: Array
-    matrices: Array
-    turns: float
-    by_turns: Array
-    by_free: Array
+    matrices: Array  # of the map by the state at each angle, shape (m, n, n)
+    turns: float  # rotation number
+    by_others: Array  # of the mismatch by what is unknown besides the circle, shape (m n, k + 1)
     circles: Circles
 
     @property
     def is_finite(self) -> bool:
-        parts = (self.defect, self.matrices, self.by_turns, self.by_free)
+        parts = self.defect, self.matrices, self.by_others
         return all(np.isfinite(part).all() for part in parts)
 
+    @property
+    def jacobian(self) -> Array:
+        """All derivatives, shape (m n + k, m n + k + 1)."""
+        kept, scales = self.circles._kept, self.circles._scales
+        (m, n, _), (free, size) = self.matrices.shape, kept.shape
+        jacobian = np.zeros((size + free, size + free + 1))
+        circle, place = jacobian[:size, :size].reshape(m, n, m, n), np.arange(m)
+        circle[:] = -turning(m, self.turns)[:, None, :, None] * np.eye(n)[:, None, :]
+        circle[place, :, place, :] += self.matrices * (scales / scales[:, None])
+        jacobian[:size, size:], jacobian[size:, :size] = self.by_others, kept
+        return jacobian
+
     def bordered(self, row: Array) -> WholeMatrix:
-        parts = (self.matrices, self.turns, self.by_turns, self.by_free)
-        return WholeMatrix(np.vstack([self.circles.jacobian(*parts), row]))
+        return WholeMatrix(np.vstack([self.jacobian, row]))
