@@ -140,9 +140,10 @@ class Standing:
     def between(ends: tuple[Complex, Complex], within: float) -> Standing | None:
         """Return what stands at both ends, None if nothing does. Shapes: ends (n,)."""
         on = [values[are_neutral(values, within)] for values in ends]
+        if not all(map(len, on)):
+            return None
         flips = [values[np.abs(values + 1) <= within] for values in on]
-        found = Standing(_common(*on), _common(*flips), within)
-        return found if found.turning.size else None
+        return Standing(_common(*on), _common(*flips), within)
 
     def left(self, name: str, multipliers: Complex) -> Indices:
         """Return the places of what a test function is made of. Shapes: multipliers (n,)."""
@@ -151,12 +152,10 @@ class Standing:
 
     @staticmethod
     def beside(multiplier: complex, multipliers: Complex) -> Standing | None:
-        """Return all that is on the circle besides a critical pair; None if nothing is."""
-        target = np.array([multiplier, np.conj(multiplier)])
-        near = np.abs(multipliers[:, None] - target).argmin(axis=0)
-        others = np.delete(multipliers, near)
-        found = others[are_neutral(others, ALIKE)]
-        return Standing(np.array([found, found]), NOTHING, ALIKE) if len(found) else None
+        """Return what stands besides a critical pair, of a point that was located."""
+        pair = np.array([multiplier, np.conj(multiplier)])
+        others = np.delete(multipliers, np.abs(multipliers[:, None] - pair).argmin(axis=0))
+        return Standing.between((others, others), ALIKE)
 
     def moved(self, multipliers: Complex) -> Standing | None:
         """Return the same as they are at a point; None where they hardly moved on the way there."""
