@@ -153,7 +153,8 @@ ISOLATED = ((5.0, 6.0), (1.0, 1.5))
 """There a response of period 2 exists that a fold bears and nothing leads to."""
 
 
-def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_folds():
+def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_folds(monkeypatch):
+    monkeypatch.setattr(search, "LINES", (1, 1))
     found = bifurcation_set(System.from_toml(HILL), ("a", "q"), ISOLATED)
     assert ("LP", 2) in {(locus.type, locus.period) for locus in found.loci}
     places = np.array([[5.67, 1.356], [5.2, 1.34], [5.97, 1.19], [5.1, 1.005]])
@@ -201,6 +202,7 @@ def test_a_region_that_a_pitchfork_divides_is_not_known_without_its_locus(monkey
         return ()
 
     monkeypatch.setattr(search, "follow_found", nothing)
+    monkeypatch.setattr(search, "LINES", (1, 1))
     window = ((3.9, 6.0), (0.55, 0.75))
     diagram = bifurcation_set(System.from_toml(HILL), ("a", "q"), window)
     (region,) = diagram.regions.regions

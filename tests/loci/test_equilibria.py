@@ -231,6 +231,7 @@ def test_refused_points_are_reported_unless_a_locus_passes_them(monkeypatch):
         return start(loci, curve, z, point) if known else sf.InputError("no start")
 
     monkeypatch.setattr(follow._Loci, "start", refused)
+    monkeypatch.setattr(bifurcation_set, "LINES", (3, 1))
     found = sf.bifurcation_set(model, ("a", "b"), ((-1, 1), (-1, 1)), regions=False)
     (locus,) = found.loci
     assert locus.values[:, 0] == pytest.approx(2 / 27**0.5)

@@ -27,8 +27,10 @@ def fastest(frequency):
 
 @pytest.fixture(scope="module", params=[0.16, pytest.param(0.05, marks=pytest.mark.long)])
 def found(request):
-    """The set from a frequency on: one side of the resonance, or both."""
-    return sf.bifurcation_set(shaken(0.7), ("Vd", "f"), WINDOW | {"f": (request.param, 0.35)})
+    """The set from a frequency on, found from few lines: one side of the resonance, or both."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+        return sf.bifurcation_set(shaken(0.7), ("Vd", "f"), WINDOW | {"f": (request.param, 0.35)})
 
 
 def grazes(found):
@@ -124,7 +126,8 @@ def test_it_hides_none_from_branches_either():
     assert branch.stuck_fraction[-1] > 0
 
 
-def test_a_second_stop_is_followed_if_its_type_is_given():
+def test_a_second_stop_is_followed_if_its_type_is_given(monkeypatch):
+    monkeypatch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
     # A wedge: pressed harder on one side, the mass stops there, and from some place on twice.
     contact = {"slip": "-v", "normal": "1 + k*x", "friction": {"law": "Coulomb", "mu_k": 0.4}}
     model = sf.System(
