@@ -330,6 +330,7 @@ def test_folds_of_cycles_start_at_a_generalized_hopf_point_of_any_scale(monkeypa
         return fan.follow_fan(plane, counts) if still else iter(())
 
     monkeypatch.setattr(bifurcation_set, "follow_fan", of_equilibria)
+    monkeypatch.setattr(bifurcation_set, "LINES", (3, 1))
     monkeypatch.setattr(bifurcation_set, "follow_settled", lambda *given: iter(()))
     monkeypatch.setattr(bifurcation_set, "with_cycles", lambda plane, line: line)
     model = sf.System(
