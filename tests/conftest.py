@@ -16,6 +16,12 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("slipfold")
 
 
+@pytest.fixture
+def few_lines(monkeypatch):
+    """A set is searched from one line each way across its window, not from 11 and 5."""
+    monkeypatch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+
+
 @pytest.fixture(scope="session")
 def browser():
     """Debian's Chromium, one in a process: Playwright cannot be started a second time beside it."""

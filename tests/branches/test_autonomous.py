@@ -99,8 +99,7 @@ def test_van_der_pol_from_its_rest_over_the_centers_to_the_relaxation_cycle():
     assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=known)
 
 
-def test_the_edge_without_damping_is_no_locus(monkeypatch):
-    monkeypatch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+def test_the_edge_without_damping_is_no_locus(few_lines):
     window = ((0.3, 0.8), (0, 0.2))
     squeal = model_named("squeal")
     found = sf.bifurcation_set(squeal, ("mu", "c"), window, types="HB", regions=False)

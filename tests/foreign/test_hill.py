@@ -153,8 +153,7 @@ ISOLATED = ((5.0, 6.0), (1.0, 1.5))
 """There a response of period 2 exists that a fold bears and nothing leads to."""
 
 
-def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_folds(monkeypatch):
-    monkeypatch.setattr(search, "LINES", (1, 1))
+def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_folds(few_lines):
     found = bifurcation_set(System.from_toml(HILL), ("a", "q"), ISOLATED)
     assert ("LP", 2) in {(locus.type, locus.period) for locus in found.loci}
     places = np.array([[5.67, 1.356], [5.2, 1.34], [5.97, 1.19], [5.1, 1.005]])
@@ -196,13 +195,14 @@ def test_a_wide_window_knows_every_motion_at_a_hundred_and_twenty_random_places(
     assert same > 0.9 * compared
 
 
-def test_a_region_that_a_pitchfork_divides_is_not_known_without_its_locus(monkeypatch, tmp_path):
+def test_a_region_that_a_pitchfork_divides_is_not_known_without_its_locus(
+    monkeypatch, few_lines, tmp_path
+):
     def nothing(points, *others, **options):
         list(points)
         return ()
 
     monkeypatch.setattr(search, "follow_found", nothing)
-    monkeypatch.setattr(search, "LINES", (1, 1))
     window = ((3.9, 6.0), (0.55, 0.75))
     diagram = bifurcation_set(System.from_toml(HILL), ("a", "q"), window)
     (region,) = diagram.regions.regions

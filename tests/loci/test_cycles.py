@@ -99,8 +99,7 @@ def test_folds_and_tori_of_freire():
     assert np.array(other.started.values) == pytest.approx(locus.started.values, abs=1e-9)
 
 
-def test_a_model_and_a_type_are_enough(monkeypatch):
-    monkeypatch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+def test_a_model_and_a_type_are_enough(few_lines):
     found = sf.locus(model_named("lure"), ("a", "b"), ((0.95, 1.05), (0.95, 1.05)), type="hb")
     (locus,) = found.loci
     assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)

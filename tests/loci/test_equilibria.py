@@ -204,8 +204,7 @@ STEERED = sf.System(
 STEERED_WINDOW = ("a", "b"), ((-1.2, 0.8), (-1.0, 1.5))
 
 
-def test_all_equilibria_that_motions_settle_on_are_followed(monkeypatch):
-    monkeypatch.setattr(bifurcation_set, "LINES", (1, 1))
+def test_all_equilibria_that_motions_settle_on_are_followed(few_lines):
     found = sf.bifurcation_set(STEERED, *STEERED_WINDOW, types="HB", periods=1, regions=False)
     at = sorted(locus.values[:, 0].mean() for locus in found.loci)
     assert at == pytest.approx([-0.5, 0, 0.5], abs=1e-9)
@@ -296,8 +295,7 @@ def test_a_locus_that_comes_to_where_nothing_damps_says_so():
     assert "4 multipliers lie on the unit circle" in locus.started.reason
 
 
-def test_a_closed_locus_inside_the_window_is_found_from_the_models_own_place(monkeypatch):
-    monkeypatch.setattr(bifurcation_set, "LINES", (1, 1))
+def test_a_closed_locus_inside_the_window_is_found_from_the_models_own_place(few_lines):
     states = {"x": {"rate": "1 - p^2 - q^2 - x^2", "start": 0.9}}
     sphere = sf.System(parameters={"p": 0.3, "q": 0.2}, states=states)
     (locus,) = sf.locus(sphere, ("p", "q"), ((-2, 2), (-1.5, 1.5)), type="LP").loci

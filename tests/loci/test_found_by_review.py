@@ -74,8 +74,7 @@ def test_the_fifth_order_coefficient_at_a_birth_says_where_the_fold_lies():
     assert 0.3 < ratio < 3  # the projection on the critical vector is not made here
 
 
-def test_two_stable_responses_of_one_period_are_distinguished_from_one(monkeypatch):
-    monkeypatch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+def test_two_stable_responses_of_one_period_are_distinguished_from_one(few_lines):
     window = {"W": (0.8, 1.6), "F": (0.01, 0.3)}
     plane = sf.bifurcation_set(model_named("duffing"), ("W", "F"), window)
     kinds = {region.stable: region for region in plane.regions.regions}

@@ -126,8 +126,7 @@ def test_it_hides_none_from_branches_either():
     assert branch.stuck_fraction[-1] > 0
 
 
-def test_a_second_stop_is_followed_if_its_type_is_given(monkeypatch):
-    monkeypatch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+def test_a_second_stop_is_followed_if_its_type_is_given(few_lines):
     # A wedge: pressed harder on one side, the mass stops there, and from some place on twice.
     contact = {"slip": "-v", "normal": "1 + k*x", "friction": {"law": "Coulomb", "mu_k": 0.4}}
     model = sf.System(
