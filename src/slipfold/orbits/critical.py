@@ -267,7 +267,7 @@ def doubled_orbit(orbits: Orbits, z: Array, residual: float) -> OrbitPoint:
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()])
     doubled = child.join(nodes, orbits.free_values(z))
-    if child.free_phase:  # tangents are orthogonal to the flow; a single node may lead along it
+    if isinstance(child, Cycles):  # tangents are orthogonal to the flow; one node may lead along
         flow = child.flow_direction(doubled)
         tangent -= (flow @ tangent) * flow
     tangent /= np.linalg.norm(tangent)
