@@ -77,7 +77,7 @@ Periods = Annotated[
     int | None,
     Option(
         "Forcing periods to integrate, 1000 by default; of an autonomous model intervals of its "
-        "``duration``, by default until the solution is steady, 16,000 at most."
+        "``duration``, by default until the solution is steady, 131,072 at most."
     ),
 ]
 ExponentPeriods = Annotated[

@@ -176,3 +176,16 @@ def test_orbits_that_stick_are_found_between_points_of_a_branch():
     motion = sf.simulate(orbit.model, 400)
     assert orbit.state == pytest.approx(motion.states[-1], abs=1e-10)
     assert orbit.stuck_fraction == pytest.approx(motion.stuck_fraction, abs=1e-9)
+
+
+def test_a_slow_cycle_settles_beside_a_vibration_seventy_times_as_fast():
+    # Intervals of time are half a period of the fast one: 8192 of them are 26 rounds of the cycle.
+    law, ratio = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.5), 70.0
+    contact = sf.FrictionContact({"slow": 1.0, "fast": 0.3}, law, load=0.1, Vd=0.2)
+    damping, stiffness = np.diag([0.01, 0.01 * ratio]), np.diag([1.0, ratio**2])
+    model = sf.Structure(np.eye(2), damping, stiffness, names="slow fast", contacts=contact)
+    settlement = sf.simulate(model).settlement
+    assert settlement.kind == "cycle", settlement
+    orbit = sf.periodic_orbit(model, state={"vslow": 0.1})
+    assert orbit.stable
+    assert settlement.duration == pytest.approx(orbit.duration, rel=1e-8)

@@ -15,7 +15,7 @@ from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.bifurcations.tori.follow import tori_from
 from slipfold.bifurcations.tori.torus_branch import TorusBranch
-from slipfold.errors import InputError
+from slipfold.errors import InputError, refusal
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
@@ -219,7 +219,11 @@ def _begin(
         else:
             result = periodic_orbit(there)
     except InputError as error:
-        raise error if slides else InputError(f"at {vary} = {at:g} {error}") from None
+        if slides:
+            raise
+        reason = refusal(check_followed, there)
+        rest = "" if there.forced else f"; no equilibrium is followed, since {reason}"
+        raise InputError(f"at {vary} = {at:g} {error}{rest}") from None
     if isinstance(result, PeriodicOrbit):
         return Begin(at, result)
     check_followed(there)

@@ -329,10 +329,17 @@ class SmoothIntegration(Integration):
         return f". {where} an unstable equilibrium and was pushed off it by {size}"
 
 
+LONGER = (32_768, 131_072)
+"""Intervals after which a trajectory whose slowest vibration is much slower is judged as well."""
+
+SLOW_ROUNDS = 1024
+"""Half periods of that vibration within which a trajectory should settle."""
+
+
 class HybridIntegration(Integration):
     """A trajectory through stick, slip and flight, and a record of what contacts did."""
 
-    checks = (32, 128, 512, 2048, 8192)
+    checks: Sequence[int] = (32, 128, 512, 2048, 8192)
 
     def __init__(self, model: Model, start: Array) -> None:
         self.system = system = hybrid_system(model, start)
@@ -352,9 +359,14 @@ class HybridIntegration(Integration):
 
         Shapes: start (n,).
         """
+        further = list[int]()
         if own_duration and not model.forced and model.values[DURATION.name] == DURATION.default:
-            model = model.replace(**{DURATION.name: _natural_duration(model, start)})
+            duration, ratio = _natural_duration(model, start)
+            model = model.replace(**{DURATION.name: duration})
+            # Slow vibrations settle within as many of their own periods.
+            further = [every for every in LONGER if every < 4 * SLOW_ROUNDS * ratio]
         result = cls(_in_own_scales(model, start), start)
+        result.checks = (*cls.checks, *further)
         result.system = replace(result.system, energies=energies)
         return result
 
@@ -476,19 +488,22 @@ def _in_own_scales(model: Model, start: Array) -> Model:
     return model.with_scales(sizes)
 
 
-def _natural_duration(model: Model, start: Array) -> float:
-    """Return half the period of the fastest vibration in slip, rounded to 1, 2 or 5."""
+def _natural_duration(model: Model, start: Array) -> tuple[float, float]:
+    """Return half the period of the fastest vibration in slip, rounded to 1, 2 or 5.
+
+    Beside it: how much faster it is than the slowest.
+    """
     trajectory = HybridIntegration(model.replace(**{DURATION.name: 1.0}), start)
-    slipping = (Status.FORTH,) * len(trajectory.flow.contacts)
-    slopes = trajectory.flow.of(slipping).jacobians(start[None], np.zeros(1), trajectory.constants)[
-        0
-    ]
+    flow = trajectory.flow.of((Status.FORTH,) * len(trajectory.flow.contacts))
+    (slopes,) = flow.jacobians(start[None], np.zeros(1), trajectory.constants)
     if not np.isfinite(slopes).all():
-        return DURATION.default
-    fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
+        return DURATION.default, 1.0
+    values = np.linalg.eigvals(slopes)
+    fastest = float(np.abs(values).max())
     if not fastest > 0:
-        return DURATION.default
-    return rounded_down(math.pi / fastest)
+        return DURATION.default, 1.0
+    slowest = np.abs(values[values.imag > 0]).min(initial=fastest)
+    return rounded_down(math.pi / fastest), fastest / float(slowest)
 
 
 def unbounded_at(time: float, size: float) -> GuardStop:
