@@ -118,7 +118,7 @@ def test_interruption_is_status_130_after_the_results_are_written(tmp_path, monk
 # -- locus -------------------------------------------------------------------------------------
 
 
-def test_locus_as_json_on_standard_output_and_nothing_else():
+def test_locus_as_json_on_standard_output_and_nothing_else(few_lines):
     result = run(*LOCUS, "--type", "pd", "--period", "1", "--json", "-")
     assert result.exit_code == 0
     assert result.stderr == ""

@@ -131,7 +131,7 @@ SMALL_PLANE["y"] = {"name": "Nd", "span": [0.05, 0.06]}
 
 
 @pytest.mark.parametrize("view", [diagram(), SMALL_PLANE, SHORT], ids=lambda view: view["kind"])
-def test_a_file_is_made_of_what_is_shown_by_any_worker(view, monkeypatch):
+def test_a_file_is_made_of_what_is_shown_by_any_worker(view, few_lines, monkeypatch):
     """Each worker ends what takes long by its own seconds, so that another makes another file."""
     request = parse_request(json.dumps(view))
     maker, other = Answering(Catalogue()), Answering(Catalogue())

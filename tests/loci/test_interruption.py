@@ -11,7 +11,7 @@ from slipfold.bifurcations.loci.fan import follow_fan
 from slipfold.bifurcations.loci.follow import follow_loci
 
 STAGES = ("loci", "normal forms")
-FORCE, WINDOW = ("f", "Nd"), ((12.3, 12.7), (0.0, 0.12))
+FORCE, WINDOW = ("f", "Nd"), ((12.45, 12.55), (0.0, 0.06))
 
 
 @pytest.fixture(scope="module")

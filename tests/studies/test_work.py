@@ -36,7 +36,7 @@ def test_attractors_with_the_shares_of_their_basins():
     )
 
 
-def test_loci_with_their_points_of_codimension_two(tmp_path):
+def test_loci_with_their_points_of_codimension_two(few_lines, tmp_path):
     compute = {"what": "locus", "window": {"f": [12.42, 12.46], "Nd": [0.035, "50mN"]}}
     found = study(compute, {"list": [{"Vd": 0.6}]})
     alone = sf.bifurcation_set(
