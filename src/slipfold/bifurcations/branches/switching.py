@@ -134,10 +134,10 @@ def doubled_at_change(
     The return map is continuous there, with other derivatives A and B on either side. Orbits that
     pass the change in every second period begin there if A and B together have an odd number of
     real eigenvalues below -1: M. di Bernardo, M. I. Feigin, S. J. Hogan and M. E. Homer, Chaos,
-    Solitons and Fractals 10 (1999) 1881-1908.
+    Solitons and Fractals 10 (1999) 1881-1908. To first order they are fixed points of B A.
     """
     sides = _sides_of(traced, found)
-    if sides is None or 2 * sides[0].curve.period > largest or sides[0].curve.free_phase:
+    if sides is None or 2 * sides[0].curve.period > largest:
         return []
     flips = [
         np.count_nonzero((side.multipliers.imag == 0) & (side.multipliers.real < -1))
@@ -145,14 +145,12 @@ def doubled_at_change(
     ]
     if sum(flips) % 2 == 0:
         return []
-    orbits, one = sides[0].curve, np.eye(len(sides[0].z) - 1)
+    orbits = sides[0].curve
     child = orbits.with_period(2 * orbits.period)
-    first, second = (orbits.linearize(side.z).monodromy for side in sides)
-    moved, later = (side.tangent[:-1] / side.tangent[-1] for side in sides)
-    # x2 = A x1 + a and x1 = B x2 + b for a change of the parameter by one
-    change = second @ (one - first) @ moved + (one - second) @ later
-    along = np.linalg.solve(one - second @ first, change)
-    along = np.append(along, 1.0) / np.hypot(1.0, np.linalg.norm(along))
+    first, second = (orbits.linearize(side.z) for side in sides)
+    blocks = second.blocks @ first.blocks
+    twice = replace(first, blocks=blocks, along=second.blocks @ first.along + second.along)
+    along = np.linalg.svd(twice.jacobian)[2][-1]
     for row in (along, -along):
         doubled = child.nearest(sides[0].z + STEP.emanating * row, row)
         if doubled is not None and not halves_pass_alike(doubled):
