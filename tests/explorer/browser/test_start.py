@@ -59,3 +59,19 @@ def test_a_page_that_cannot_start_says_why(context, address, failure):
         expect(alert).to_contain_text("The page could not start")
         expect(alert).to_contain_text(reason)
         expect(page.locator("#page")).not_to_contain_text("Starting")
+
+
+def test_the_first_curve_is_requested_before_the_page_can_draw(context, address):
+    sent = []
+
+    def listen(socket):
+        socket.on("framesent", lambda frame: sent.append(frame))
+
+    with context.new_page() as page:
+        page.on("websocket", listen)
+        page.route("**/plotly.min.js", lambda route: None)  # it is held up
+        page.goto(f"{address}#model=duffing&plane=none")
+        while not any('"diagram"' in frame for frame in sent):
+            page.wait_for_timeout(20)
+        page.unroute("**/plotly.min.js")  # it comes
+        page.wait_for_selector("#diagram .plot[data-drawn][aria-busy=false]")

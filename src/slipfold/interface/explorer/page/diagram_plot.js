@@ -5,7 +5,7 @@ import {
 } from "./diagram_data.js";
 import { element } from "./dom.js";
 import {
-  CONFIG, covers, fits, labelPlaces, layout, mapping, onWhite, padded, pixelOf, redrawn, roundStep, stepped,
+  CONFIG, covers, fits, labelPlaces, layout, mapping, onWhite, padded, pixelOf, plotly, redrawn, roundStep, stepped,
   withLegend,
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, leastDamped, withUnit } from "./quantities.js";
@@ -140,6 +140,7 @@ export class DiagramPlot {
   }
 
   async #draw() {
+    if (!window.Plotly) await plotly;
     const { diagram, view } = this.#session;
     if (!diagram || this.node.clientWidth === 0) return;
     clearTimeout(this.#still);

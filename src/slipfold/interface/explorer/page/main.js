@@ -19,6 +19,7 @@ import { Simulation, SimulationPanel } from "./simulation.js";
 import { Study, StudyPanel } from "./study.js";
 import { pictureOf, sheetOf } from "./svg_file.js";
 import { Sweep } from "./sweep.js";
+import { loadPlotly, plotly } from "./plot_tools.js";
 import { apply, colors } from "./theme.js";
 import { ExportMenu, Toolbar } from "./toolbar.js";
 import { TOUR_MODEL, Tour, isFirstVisit } from "./tour.js";
@@ -50,7 +51,6 @@ function forgetToken() {
 }
 
 function build(models, study, { view: given, sentence }) {
-  if (!window.Plotly) throw new Error("/plotly.min.js could not be loaded");
   const socket = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
   const connection = new Connection(socket);
   const session = new Session(models, given ?? initialView(models[0]), connection);
@@ -129,12 +129,13 @@ function build(models, study, { view: given, sentence }) {
   keepAddress(session, refusals);
   reportDefects(session);
   session.failed.announce({ kind: "link", sentence });
+  connection.changed.subscribe(loadPlotly);
   connection.open();
   session.start();
   refusals.ask();
   friction.ask();
   if (!given && isFirstVisit() && session.view.model === TOUR_MODEL) tour.start();
-  document.getElementById("page").dataset.started = "";
+  plotly.then(() => { document.getElementById("page").dataset.started = ""; });
 }
 
 function studyPanel(session, study, page) {

@@ -1,5 +1,6 @@
 /** What plots share: round steps, axes, the frame, where labels stand. */
 
+import { element } from "./dom.js";
 import { light, themeChanged, typeScale } from "./theme.js";
 
 const MANTISSAS = [1, 2, 5, 10];
@@ -144,13 +145,29 @@ export const CONFIG = {
 };
 
 /**
+ * Execute plotly.js, once. That takes as long as the server needs for a curve: it comes after the first requests, which
+ * it would hold up.
+ */
+export function loadPlotly() {
+  if (arrived === null) return;
+  document.head.append(element("script", { src: "/plotly.min.js", on: { load: arrived } }));
+  arrived = null;
+}
+
+let arrived;
+
+/** Settled when plotly.js can draw. */
+export const plotly = new Promise((resolve) => { arrived = resolve; });
+
+/**
  * A function that draws at the next opportunity, once whatever number of times it was called: by itself
  * for another theme, or another size of an element.
  */
 export function redrawn(node, draw) {
   let frame = 0;
   const schedule = () => {
-    frame ||= requestAnimationFrame(() => {
+    frame ||= requestAnimationFrame(async () => {
+      await plotly;
       frame = 0;
       draw();
     });
