@@ -167,20 +167,31 @@ def test_labels_of_one_place_become_one_and_labels_without_room_are_left_out(sti
 
 
 FILLS = """
-async (known) => {
+async ([known, names]) => {
   const { markTrace } = await import("/page/diagram_data.js");
   const special = known.map((each, i) => ({ type: "HB", value: i, y: 0, arclength: i, ...each }));
   const branch = { id: 1, x: [0], y: [0], special, stopped: { kind: "span" } };
   const diagram = { x: { unit: "N" }, y: { unit: "m" }, branches: [branch] };
-  return markTrace(diagram, "#000000", "#ffffff", []).marker.color;
+  const traceOf = (texts) => markTrace(diagram, "#000000", "#ffffff",
+    texts.map((text) => ({ text, position: "top center" })));
+  const node = document.body.appendChild(document.createElement("div"));
+  const size = { width: 300, height: 200 };
+  for (const texts of names) await Plotly.react(node, [traceOf(texts)], size);
+  const drawn = [...node.querySelectorAll(".textpoint")].map((name) => name.textContent.trim());
+  node.remove();
+  return [traceOf(names[0]).marker.color, drawn];
 }
 """
 
 
-def test_a_marker_is_pale_where_it_is_not_known_whether_a_point_is_subcritical(still):
+def test_a_marker_is_pale_where_it_is_not_known_whether_a_point_is_subcritical_and_named(still):
     kinds = {"supercritical": False, "subcritical": False, None: True}
     known = [{"criticality": kind, "undecided": is_it} for kind, is_it in kinds.items()]
-    assert still.page.evaluate(FILLS, known) == ["#000000", "#ffffff", "#999999"]
+    # A name that had no place, and has one after all, is drawn.
+    names = [["HB super", "HB", ""], ["HB super", "", "HB"]]
+    fills, drawn = still.page.evaluate(FILLS, [known, names])
+    assert fills == ["#000000", "#ffffff", "#999999"]
+    assert drawn == ["HB super", "", "HB"]
 
 
 def test_a_presentation_has_large_type_and_no_controls(still):

@@ -296,9 +296,12 @@ export function markTrace(diagram, color, paper, labels) {
   };
 }
 
-/** A name with a gap between it and its marker, which plotly would let touch at a side. */
+/**
+ * A name with a gap between it and its marker, which plotly would let touch at a side. A name without a place is a
+ * space: what was empty once, plotly never draws again.
+ */
 export function besideMarker({ text, position }) {
-  const gap = position.startsWith("middle") ? THIN : "";
+  const gap = !text || position.startsWith("middle") ? THIN : "";
   return `${gap}${escaped(text)}${gap}`;
 }
 
