@@ -5,7 +5,7 @@ import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
 from slipfold import System
-from slipfold.bifurcations.loci import bifurcation_set
+from slipfold.bifurcations.loci import bifurcation_set, follow
 from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
 from slipfold.bifurcations.loci.fan import follow_fan
 from slipfold.bifurcations.loci.follow import follow_loci
@@ -81,6 +81,19 @@ def test_what_is_done_is_kept(points, whole, share):
         p.type for p in full.special
         if any(p.values == pytest.approx(q.values, abs=1e-9) for q in last.special)
     ]  # fmt: skip
+
+
+def test_what_is_done_is_kept_where_an_interruption_comes_between_two_loci(
+    points, whole, monkeypatch
+):
+    def passing(self, *given):
+        if self.curves:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(follow._Loci, "passing", passing)
+    (found,) = follow_loci(points, FORCE, WINDOW)
+    assert found.interrupted
+    assert len(found) == len(whole[0][0])
 
 
 def test_loci_of_equilibria_come_before_any_cycle(monkeypatch):

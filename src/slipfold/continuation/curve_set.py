@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic
 
@@ -73,28 +74,31 @@ class CurveSet(ABC, Generic[P]):
     def explore(self, start: Start[P]) -> None:
         """Follow a curve and all that emanate from it."""
         waiting = [start]
-        while waiting and not self.interrupted:
-            start = min(waiting, key=lambda item: item.rank)
-            waiting.remove(start)
-            number = self.known(start)
-            if number is not None:
-                if number != start.parent:  # a point leads from a curve to others
-                    self.lead(start.found, number)
-                continue
-            followed = self._follow(start)
-            self.lead(start.found, followed.number)
-            waiting += self.children_until_interrupted(followed)
+        with self.kept_if_interrupted():
+            while waiting and not self.interrupted:
+                start = min(waiting, key=lambda item: item.rank)
+                waiting.remove(start)
+                number = self.known(start)
+                if number is not None:
+                    if number != start.parent:  # a point leads from a curve to others
+                        self.lead(start.found, number)
+                    continue
+                followed = self._follow(start)
+                self.lead(start.found, followed.number)
+                waiting += self.children(followed)
 
-    def children_until_interrupted(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
-        """Return the starts of other curves on one; none if the search is interrupted."""
+    @contextmanager
+    def kept_if_interrupted(self) -> Iterator[None]:
+        """Let an interruption end the search after the last curve, if there is one."""
         try:
-            return self.children(followed)
+            yield
         except KeyboardInterrupt:
-            end = followed.traced.end
+            if not self.curves:
+                raise
+            end = self.curves[-1].traced.end
             assert end is not None
-            reason = f"{end.reason}; interrupted before what begins on it was found"
-            followed.traced.end = replace(end, kind="interrupted", reason=reason)
-            return ()
+            reason = f"{end.reason}; interrupted before others were found"
+            self.curves[-1].traced.end = replace(end, kind="interrupted", reason=reason)
 
     def _follow(self, start: Start[P]) -> FollowedCurve[P]:
         """Follow a curve in all its directions; a closed one has only one."""

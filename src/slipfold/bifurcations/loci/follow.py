@@ -178,6 +178,9 @@ def follow_loci(
     return follow_found(points, plane, types, largest, remarks, events=events)
 
 
+_Refusal = tuple[SpecialPoint, LocusEquations, Array, InputError]
+
+
 def follow_found(
     points: Iterable[SpecialPoint],
     plane: Plane,
@@ -194,37 +197,46 @@ def follow_found(
     in slip end where contacts begin to stick, or continue through stick.
     """
     work: _Loci | None = None
-    refusals: list[tuple[SpecialPoint, LocusEquations, Array, InputError]] = []
+    refusals: list[_Refusal] = []
     for point in points:
         own = replace(plane, model=point.model)
         work = work or _Loci(own, types, largest_period, through_stick, events)
-        try:
-            curve, z = work.taken_up(point)
-        except InputError as error:
-            if not through_stick:
-                raise
-            remarks.append(_without_locus(point, plane.names, error))
-            continue
-        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > LOCUS.vanishes:
-            remarks.append(_isolated(curve, z))
-            curve = LocusEquations(curve.orbits, "LP")
-        if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:
-            start = work.start(curve, z, point)
-            if isinstance(start, InputError):
-                refusals.append((point, curve, z, start))
-                continue
-            work.explore(start)
+        with work.kept_if_interrupted():
+            _take_up(work, point, remarks, refusals)
         if work.interrupted:
             break
     if work is None:
         return ()
     if refusals and not (work.curves or through_stick):  # a set without loci is a result
         raise refusals[0][-1]
-    for point, curve, z, refusal in refusals:
-        if work.passing(curve, z) is None:  # nor does a locus that was followed later
-            alone = _without_locus(point, plane.names, refusal)
-            remarks.append(SEVERAL if point.several else alone)
+    with work.kept_if_interrupted():
+        for point, curve, z, refusal in refusals:
+            if work.passing(curve, z) is None:  # nor does a locus that was followed later
+                alone = _without_locus(point, plane.names, refusal)
+                remarks.append(SEVERAL if point.several else alone)
     return as_loci(work.curves, work.leads, work.report_described)
+
+
+def _take_up(
+    work: _Loci, point: SpecialPoint, remarks: list[str], refusals: list[_Refusal]
+) -> None:
+    """Follow the locus of a special point, and all that begin on it, unless one passes there."""
+    try:
+        curve, z = work.taken_up(point)
+    except InputError as error:
+        if not work.through_stick:
+            raise
+        remarks.append(_without_locus(point, work.plane.names, error))
+        return
+    if curve.condition == "BP" and crossing_gap(curve.orbits, z) > LOCUS.vanishes:
+        remarks.append(_isolated(curve, z))
+        curve = LocusEquations(curve.orbits, "LP")
+    if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:
+        start = work.start(curve, z, point)
+        if isinstance(start, InputError):
+            refusals.append((point, curve, z, start))
+        else:
+            work.explore(start)
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
