@@ -17,6 +17,7 @@ PAGES = sorted(path for path in GALLERY.rglob("*.py") if not re.search(HELPERS, 
 # Systems of tests/docs/test_demos.py, or of other tests.
 LONG = ["auto_demos", "bifurcationkit", "duffing_cascade", "pin_on_disc", "chain", "lorenz"]
 LONG += ["freire", "roessler", "mathieu", "belts", "mode_coupling", "squeal_of_the_oscillator"]
+LONG += ["grazing"]
 
 
 @pytest.mark.parametrize(
@@ -37,4 +38,4 @@ def test_page_agrees_with_what_is_published(page: Path, monkeypatch: pytest.Monk
 
 
 def test_there_is_a_page_for_every_system_asked_for() -> None:
-    assert len(PAGES) == 22
+    assert len(PAGES) == 23
