@@ -26,6 +26,7 @@ from slipfold.flow.hybrid_flow import HybridFlow, HybridSystem, SmoothPhase
 from slipfold.flow.modes import CONTACT, Ending, Mode, Status, SwitchingEvent, reported_mode
 from slipfold.flow.polynomials import SlowPolynomials
 from slipfold.flow.release import Release
+from slipfold.newton import zero_between
 
 UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 """Events that only change the variables of the integration."""
@@ -262,16 +263,11 @@ def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
     """Return the minima of a speed inside of a smooth phase, in m/s."""
     inner, result = slow.inner, list[float]()
     for begin, end, powers in zip(inner.times, inner.times[1:], inner.tcs[:, n], strict=False):
-        slopes = np.polynomial.polynomial.polyder(powers)
-        at = np.polynomial.polynomial.polyval(np.array([0.0, end - begin]), slopes)
-        if not at[0] < 0 <= at[1]:
-            continue
-        low, high = 0.0, end - begin
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            falls = np.polynomial.polynomial.polyval(middle, slopes) < 0
-            low, high = (middle, high) if falls else (low, middle)
-        result.append(float(np.exp(CONTACT.unit * np.polynomial.polynomial.polyval(low, powers))))
+        logarithm, length = np.polynomial.Polynomial(powers), float(end - begin)
+        slope = logarithm.deriv()
+        if slope(0.0) < 0 <= slope(length):
+            lowest = zero_between(slope, 0.0, length, np.finfo(float).eps * length)
+            result.append(float(np.exp(CONTACT.unit * logarithm(lowest))))
     return result
 
 
