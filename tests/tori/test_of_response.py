@@ -273,7 +273,7 @@ def test_a_motion_on_no_torus_says_what_it_does():
 
 def test_motion_is_locked_between_the_folds_of_orbits():
     # A branch of orbits of period 20, followed by continuation, closes on itself, with these folds.
-    found = of_the_sliding_oscillator((0.144, 0.1505), 0.15)
+    found = of_the_sliding_oscillator((0.144, 0.156), 0.15)
     (locked,) = found.tori[-1].locked
     assert (locked.low, locked.high) == pytest.approx((0.145216792900, 0.145283732788), abs=1e-11)
     assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
