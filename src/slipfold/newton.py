@@ -114,4 +114,7 @@ def zero_between(
             raise ArithmeticError(f"a function with a zero is not known at {place:.9g}")
         return value
 
-    return float(brentq(known, low, high, xtol=close))
+    try:
+        return float(brentq(known, low, high, xtol=close))
+    except ValueError as error:  # no longer of different signs
+        raise ArithmeticError(str(error)) from None

@@ -14,6 +14,7 @@ import slipfold as sf
 from helpers.long_tests import long_except
 from slipfold.bifurcations.branches import ends
 from slipfold.bifurcations.branches.switching_boundaries import left_to_change
+from slipfold.flow.flow import flow_of
 from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
@@ -241,3 +242,10 @@ def test_a_breakdown_at_a_change_of_contacts_leaves_its_distance_unknown(monkeyp
     )
     last = SimpleNamespace(z=np.zeros(3), curve=SimpleNamespace(orbits=orbits))
     assert left_to_change(last, "LIFT") == np.inf
+
+
+def test_a_time_that_is_no_number_breaks_down():
+    model = sf.built_in_models()["duffing"]()
+    flow = flow_of(model)
+    with pytest.raises(ArithmeticError, match="finite"):
+        flow.trajectory(np.zeros(2), flow.constants_of(model), np.array([0.0, np.nan]))

@@ -6,7 +6,7 @@ The environment sets tolerance and lanes, so that tests can vary them.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, Protocol
 
@@ -57,6 +57,14 @@ class Rest(Protocol):
         """Return the states of the remainder at some times, shape (m, n). Shapes: times (m,)."""
 
 
+def run(integrate: Callable[..., Any], *given: Any, **named: Any) -> Any:
+    """Integrate; heyoka refuses times that are no numbers, where a computation broke down."""
+    try:
+        return integrate(*given, **named)
+    except ValueError as error:
+        raise ArithmeticError(str(error)) from None
+
+
 def arrive(batch: Any, ends: Array) -> Mask:
     """Integrate a batch to its ends, unless one of its trajectories exceeds the step budget.
 
@@ -65,7 +73,7 @@ def arrive(batch: Any, ends: Array) -> Mask:
     taken = 0
     while True:
         before = batch.time.copy()
-        batch.propagate_until(ends, max_steps=BUDGET.call)
+        run(batch.propagate_until, ends, max_steps=BUDGET.call)
         if batch.time.tobytes() == ends.tobytes():  # in a tenth of the time of comparing numbers
             return ALL_ARRIVED
         free = BUDGET.steep if _turns(batch) else BUDGET.call
@@ -96,7 +104,7 @@ def sampled(batch: Any, times: Array) -> Array:
     """
     start = batch.state.copy()
     most = BUDGET.steep if _turns(batch) else BUDGET.call
-    result = np.asarray(batch.propagate_grid(times, max_steps=most)[1])
+    result = np.asarray(run(batch.propagate_grid, times, max_steps=most)[1])
     if (batch.time == times[-1]).all() or STOPPED not in _outcomes(batch):
         return result
     states = np.full((len(times), *start.shape), np.nan)
@@ -120,7 +128,7 @@ def continue_to(single: Any, end: float, rest: Rest, *, steep: bool) -> int | No
         if rest.is_due(single):
             return None
         before = float(single.time)
-        outcome = int(single.propagate_until(end, max_steps=BUDGET.call)[0])
+        outcome = int(run(single.propagate_until, end, max_steps=BUDGET.call)[0])
         if outcome != STEP_LIMIT:
             return outcome
         taken += BUDGET.call
@@ -138,9 +146,8 @@ def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True)
     index = 0
     while index < len(times):
         left = times[index:]
-        outcome, *_, known = single.propagate_grid(
-            left, max_steps=min(BUDGET.call * len(left), BUDGET.steep)
-        )
+        most = min(BUDGET.call * len(left), BUDGET.steep)
+        outcome, *_, known = run(single.propagate_grid, left, max_steps=most)
         states[index : index + len(known)] = known
         index += len(known)
         if int(outcome) != STEP_LIMIT or index == len(times) or not patient:
@@ -163,7 +170,7 @@ def chunks(count: int) -> tuple[Any, ...]:
 
 def set_out(batch: Any, start: Array) -> None:
     """Set the initial phases."""
-    batch.set_time(start)
+    run(batch.set_time, start)
     forget(batch)
 
 

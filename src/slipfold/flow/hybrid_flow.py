@@ -17,7 +17,7 @@ from slipfold.arrays import Array
 from slipfold.flow.affine_events import AffineEvents, is_large, pays
 from slipfold.flow.affine_flow import flow_of_rates
 from slipfold.flow.assembled_modes import AssembledFlow, AssembledSlopes, FreeContacts
-from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE
+from slipfold.flow.batches import ARRIVED, STEP_LIMIT, TOLERANCE, run
 from slipfold.flow.compiled_code import OwnCopies, Slopes, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import ContactQuantities, ContactsNow
 from slipfold.flow.equations import Constants, Scaled, power_of_two
@@ -321,7 +321,7 @@ class ReadyMode:
     def propagate(self, until: float) -> tuple[SwitchingEvent | None, float]:
         """Integrate up to a time; return the event that ended it, and when."""
         # A keyword argument would take as long as a step.
-        outcome = int(self.integrator.propagate_until(until, CONTACT.max_steps)[0])
+        outcome = int(run(self.integrator.propagate_until, until, CONTACT.max_steps)[0])
         return self.ending(outcome), self.integrator.time
 
     def ending(self, outcome: int) -> SwitchingEvent | None:
