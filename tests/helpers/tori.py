@@ -13,7 +13,7 @@ def of_van_der_pol():
 
 
 @cache
-def of_the_sliding_oscillator(span=(0.1595, 0.17), start=0.16):
+def of_the_sliding_oscillator(span=(0.15, 0.17), start=0.155):
     """The paper's oscillator at 12.5 Hz: tori, from one that a motion settles on, both ways."""
     model = sf.SlidingOscillator(f=12.5)
     return sf.response(model, "Nd", span, start={"Nd": start}, settled=True, tori=True)

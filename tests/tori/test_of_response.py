@@ -236,7 +236,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch(tmp_p
     assert up.rotation[-1] == pytest.approx(0.11315204, abs=1e-7)
     assert down.stopped.kind == "span"
     assert up.stable[:-3].all()
-    assert "begin on an attractor, at Nd = 0.16 N" in found.summary()
+    assert "begin on an attractor, at Nd = 0.155 N" in found.summary()
     found.save(tmp_path / "x.nc")
     for measure in ("rms", "max"):  # rms is not known of tori
         out = ["--out", str(tmp_path / "x.csv"), "--measure", measure]
@@ -244,7 +244,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch(tmp_p
     rows = [line.split(",")[1] for line in (tmp_path / "x.csv").read_text().splitlines()[1:]]
     assert [float(value) for value in rows] == [*up.parameter, *down.parameter]
     # Over two periods a simulation leads along the circle by the rotation number.
-    model, circle = sf.SlidingOscillator(f=12.5, Nd=0.16), up.circle(0)
+    model, circle = sf.SlidingOscillator(f=12.5, Nd=0.155), up.circle(0)
     motion = sf.simulate(model, 2, circle[0])
     turned = np.fft.irfft(
         np.fft.rfft(circle, axis=0)
