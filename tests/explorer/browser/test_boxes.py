@@ -187,4 +187,5 @@ def test_a_range_that_is_typed_is_the_sliders_and_goes_with_the_link(explorer):
     assert slider.get_attribute("max") != "2.5"
     explorer.open("model=sliding&range.Ns=3~1")
     expect(explorer.page.get_by_role("alert")).to_contain_text("range.Ns = '3~1' does not grow")
-    explorer.open()
+    explorer.open("model=sliding&p.Nd=0.3")  # what was read of that link is the plain one
+    expect(explorer.page.get_by_role("alert")).to_have_count(0)
