@@ -51,11 +51,11 @@ def locked_interval(before: Point, after: Point, ratio: Fraction) -> tuple[float
         return None
     result = []
     for sign in (1.0, -1.0):
-        best = phases[(sign * values).argmin()]
+        best, worst = phases[(sign * values).argmin()], float((sign * values).max())
         around = best - phases[1], best + phases[1]
         refined = minimize_scalar(
-            lambda phase, sign=sign: np.nan_to_num(
-                sign * orbits.value(phase, guess, farthest), nan=np.inf
+            lambda phase, sign=sign, worst=worst: np.nan_to_num(
+                sign * orbits.value(phase, guess, farthest), nan=worst
             ),
             bounds=around,
             method="bounded",
