@@ -126,7 +126,8 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
         if set(tests) <= set(STANDING_STILL):  # less of a slope counts as none
             change = max(change, LOCUS.no_slope)
         along = change / abs(found.slope) if found.slope else np.inf
-    moved = np.abs(again.z[-2:] - point.z[-2:]) + along * np.abs(point.tangent[-2:])
+    with np.errstate(invalid="ignore"):  # an infinite way along a component that is none
+        moved = np.abs(again.z[-2:] - point.z[-2:]) + along * np.abs(point.tangent[-2:])
     moved = moved * curve.orbits.widths
     moved = np.where(np.isnan(moved), np.inf, moved)
     first, second = moved + np.spacing(np.abs(curve.place(point.z)))

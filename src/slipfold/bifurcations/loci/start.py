@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -72,8 +73,11 @@ def regular_start(
     """Return a point of a locus with both its directions."""
     try:
         point = _regular_point(curve, z, settings)
-    except NUMERICAL as error:
-        raise _no_locus(curve, z, breakdown(error)) from None
+    except NUMERICAL as error:  # rounding decides whether a matrix is singular
+        several = ""
+        with suppress(*NUMERICAL):
+            several = undamped(curve, floquet_multipliers(curve.orbits.linearize(z).monodromy))
+        raise _no_locus(curve, z, several or breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
     step = STEP.emanating if crosses else LOCUS.first_step
     return LocusStart(curve, both, departs=bool(crosses), crosses=crosses, step=step)
