@@ -9,7 +9,7 @@ A mass on a belt of speed 1 whose friction falls and rises again, under a weak f
     x'' + x = C(1 - x') + F \cos W t, \qquad
     C(v) = \tfrac32 \operatorname{sgn} v - \tfrac32 v + 0.45\, v^3
 
-Its orbit of period 4 slips all the time. Where it first touches zero slip it becomes unstable at
+Its orbit of period 4 slips all the time. Where its slip first reaches zero it becomes unstable at
 once, and what follows is chaos: no cascade of period doublings comes before.
 """
 
@@ -42,22 +42,22 @@ print(diagram.summary())
 # there, which ends at the PD, and from its own GRAZE to this one leads a branch of period 8.
 
 single, double, fourfold = diagram.branches
-grazes, touches = (
+early, late = (
     next(point for point in branch.special if point.type == "GRAZE") for branch in (single, double)
 )
-print(grazes.leads_to, touches.leads_to)
+print(early.leads_to, late.leads_to)
 
 # %%
 # Above the grazing of the orbit of period 4 trajectories converge to it. Below, they do not.
 
 table = Comparison()
 source = "di Bernardo, Kowalczyk and Nordmark 2003"
-table.add("period 4 touches zero slip: W", turn * touches.value, "1.7077997", source)
+table.add("slip of period 4 reaches zero: W", turn * late.value, "1.7077997", source)
 exact = "their end on the other branch"
-table.add("period 4 begins: f", double.started.values[0], grazes.value, exact, within=1e-9)
-table.add("period 8 begins: f", fourfold.started.values[0], touches.value, exact, within=1e-9)
+table.add("period 4 begins: f", double.started.values[0], early.value, exact, within=1e-9)
+table.add("period 8 begins: f", fourfold.started.values[0], late.value, exact, within=1e-9)
 
-state = double.orbit(int(np.abs(double.parameter - touches.value).argmin())).state
+state = double.orbit(int(np.abs(double.parameter - late.value).argmin())).state
 for frequency in (1.7079, 1.7077):
     print(frequency, sf.lyapunov(mass, state=state, f=frequency / turn))
 

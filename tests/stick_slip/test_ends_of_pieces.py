@@ -131,15 +131,22 @@ def test_a_closed_branch_is_followed_once_where_a_step_would_leave_it() -> None:
     assert 2 * np.pi * least.value == pytest.approx(1.26955856813, rel=1e-10)  # by SciPy's events
 
 
+SLOWEST = (1.5 / 1.35) ** 0.5
+
+FALLS_AND_RISES = belt(sf.CubicStribeck(mu_s=1.5, mu_m=1.5 - SLOWEST, vm=SLOWEST), 1.0, force=0.1)
+"""M. di Bernardo, P. Kowalczyk and A. Nordmark, International Journal of Bifurcation and Chaos 13
+(2003) 2935-2948: friction 1.5 - 1.5 v + 0.45 v^3, force 0.1 cos(W t). The orbit of period 4 begins
+to stick at W = 1.7077997, and chaos sets in at once."""
+
+
+def doubled_from(first: float) -> sf.Diagram:
+    """What doubles on its branch of period 2, from a frequency W on."""
+    span, start = (first / (2 * np.pi), 1.73 / (2 * np.pi)), {"f": 1.72 / (2 * np.pi), "x": 0.0}
+    return sf.response(FALLS_AND_RISES, "f", span, start=start, settled=True)
+
+
 def test_doubled_orbits_begin_where_a_branch_grazes() -> None:
-    # di Bernardo, Kowalczyk and Nordmark, International Journal of Bifurcation and Chaos 13 (2003)
-    # 2935-2948: friction 1.5 - 1.5 v + 0.45 v^3, force 0.1 cos(W t). The orbit of period 4 begins
-    # to stick at W = 1.7077997, and chaos sets in at once.
-    slowest = (1.5 / 1.35) ** 0.5
-    law = sf.CubicStribeck(mu_s=1.5, mu_m=1.5 - slowest, vm=slowest)
-    model, span = belt(law, 1.0, force=0.1), (1.66 / (2 * np.pi), 1.73 / (2 * np.pi))
-    start = {"f": 1.72 / (2 * np.pi), "x": 0.0}
-    diagram = sf.response(model, "f", span, start=start, settled=True)
+    diagram = doubled_from(1.66)
     first, second, third = diagram.branches
     assert [branch.period for branch in diagram.branches] == [2, 4, 8]
     assert diagram.checked.agree
@@ -153,3 +160,10 @@ def test_doubled_orbits_begin_where_a_branch_grazes() -> None:
         assert child.started.kind == "closed"
         assert child.started.values[0] == pytest.approx(point.value, rel=1e-9)
         assert np.abs(child.multipliers[:3]).max(axis=1).min() > 1
+
+
+def test_doubled_orbits_that_begin_beyond_the_span_are_not_followed() -> None:
+    # The first orbit of period 8 is sought 3e-3 of the span from the grazing, which is 2e-4 inside.
+    diagram = doubled_from(1.707795)
+    assert [branch.period for branch in diagram.branches] == [2, 4]
+    assert [point.type for point in diagram.branches[1].special] == ["GRAZE"]

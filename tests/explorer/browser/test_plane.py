@@ -180,8 +180,8 @@ def test_the_tour_does_not_take_the_plane_of_another_model(explorer):
 
 
 @pytest.fixture
-def told(new_tab):
-    """A page on which a plane has said nothing; what to say in its place, and how to end that."""
+def plane_by_hand(new_tab):
+    """A page whose plane has no answer yet; how to answer in its place, and how to end that."""
     heads = []
 
     def is_of_plane(answer):
@@ -195,14 +195,14 @@ def told(new_tab):
     while not answers.waiting:
         page.wait_for_timeout(50)
 
-    def tell(**given):
+    def answer(**given):
         answers.say({**heads[-1], "progress": "loci", "done": False, **given})
 
-    return new_tab, tell, answers.let_go
+    return new_tab, answer, answers.let_go
 
 
-def test_points_of_one_type_within_a_marker_are_one_with_their_number(told):
-    explorer, tell, let_go = told
+def test_points_of_one_type_within_a_marker_are_one_with_their_number(plane_by_hand):
+    explorer, answer, let_go = plane_by_hand
     special = [
         {"type": kind, "x": x, "y": y, "sentence": f"{kind} here", "meaning": ""}
         for kind, x, y in [("ZH", 1.38, 0.23), ("BT", 1.39, 0.24)]
@@ -210,7 +210,7 @@ def test_points_of_one_type_within_a_marker_are_one_with_their_number(told):
     ]
     line = {"criticality": None, "x": [1.35, 1.4], "y": [0.22, 0.25]}
     hopf = {"type": "HB", "period": 1, "name": "HB", "segments": [line], "special": special}
-    tell(lines=[], loci=[hopf])
+    answer(lines=[], loci=[hopf])
     explorer.page.wait_for_function(
         "(selector) => document.querySelector(selector).data?.some(({ text }) => text?.length)",
         arg=f"{PLANE} .plot-canvas",
@@ -223,20 +223,20 @@ def test_points_of_one_type_within_a_marker_are_one_with_their_number(told):
 
 
 @pytest.mark.long
-def test_lines_under_way_stay_when_the_view_changes_elsewhere(told):
-    explorer, tell, let_go = told
+def test_lines_under_way_stay_when_the_view_changes_elsewhere(plane_by_hand):
+    explorer, answer, let_go = plane_by_hand
     page = explorer.page
 
     def lines_of(*numbers):
         given = {"type": "PD", "period": 1, "x": [1.35, 1.4], "y": [0.22, 0.25]}
         return [{**given, "number": number, "name": f"line {number}"} for number in numbers]
 
-    tell(lines=lines_of(1, 2))
+    answer(lines=lines_of(1, 2))
     mark = page.locator(f"{PLANE} .draft-mark")
     expect(mark).to_be_visible()
     with explorer.redrawn():
         page.get_by_label("Draw").select_option("min")
-    tell(lines=lines_of(2, 3))
+    answer(lines=lines_of(2, 3))
     page.wait_for_function(
         "(selector) => document.querySelector(selector).data.some(({ name }) => name === 'line 3')",
         arg=f"{PLANE} .plot-canvas",

@@ -15,6 +15,7 @@ from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.models.angles import wrap_angles
 from slipfold.newton import zero_between
+from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 
@@ -129,9 +130,12 @@ def meets_image(
     `stop` says how it ends, of its last regular orbit and the unknown where it meets its copy.
     """
     before, point = interval.before, interval.point
-    if interval.leaves or not halves_pass_alike(point):
+    orbits = interval.traced.curve.orbits
+    if interval.leaves or not _meets_its_image(orbits, before, point):
         return MonitorResult()
-    if not _meets_its_image(interval.traced.curve.orbits, before, point):
+    if not halves_pass_alike(point):
+        if asymmetry(orbits, before.z) @ asymmetry(orbits, point.z) < 0:
+            raise LostCurveError("a step led onto the same orbits half their period later")
         return MonitorResult()
     place, meeting = _meeting(interval)
     last = _last(interval, place)
@@ -290,7 +294,8 @@ def closes_at_change(traced: TracedCurve[OrbitPoint]) -> bool:
         traced.points.pop()
     assert traced.end is not None
     place = traced.end.values
-    if traced.found and traced.found[-1].point.curve.place(traced.found[-1].point.z) == place:
+    last = traced.found[-1] if traced.found else None
+    if last and last.type in CONTACT_TYPES and abs(last.point.z[-1] - after.z[-1]) < SAME_ORBIT:
         traced.found.pop()
     reason = (
         "the branch closed on the orbit of half its period, where contacts of that change, at "

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -167,7 +168,8 @@ class BranchTree(CurveSet[OrbitPoint]):
             partial(stop_unresolved, neared=partial(nears_homoclinic, orbits)),
         ]
         if has_image(orbits):
-            children = [item.points[0] for item in self._junctions if not _crosses(item)]
+            ends = (item for item in self._junctions if item.departs and not _crosses(item))
+            children = [item.points[0] for item in ends]
             stop = partial(close_on_parent, orbits, children, first)
             monitors.append(partial(meets_image, stop=stop))
         if several or not departs:  # a simple branch point at which it starts is found again
@@ -203,9 +205,18 @@ class BranchTree(CurveSet[OrbitPoint]):
                 self.lead(junction.found, other.parent)
                 self.lead(other.found, followed.number)
                 self._met.add(junction.found)
-        new = [item for item in new if item not in copies]
+        new = [item for item in new if item not in copies and self._is_inside(item)]
+        for item, curve in product(new, self.curves):
+            if closes_beside(curve, item):
+                self.lead(item.found, curve.number)
         self._junctions += new
         return new
+
+    def _is_inside(self, junction: Junction) -> bool:
+        """Whether a branch begins inside the span: one beside a change of contacts may not."""
+        first = junction.points[0]
+        value, (low, high) = first.curve.orbits.value(first.z), sorted(self.span)
+        return junction.departs or low <= value <= high
 
     def known(self, start: Start[OrbitPoint]) -> int | None:
         """Return the branch that a junction is known to lead to."""

@@ -139,6 +139,8 @@ def doubled_at_change(
     sides = _sides_of(traced, found)
     if sides is None or 2 * sides[0].curve.period > largest:
         return []
+    if sides[0].curve.by.slips_in_planes:  # where the map has no derivative at a grazing
+        return []
     flips = [
         np.count_nonzero((side.multipliers.imag == 0) & (side.multipliers.real < -1))
         for side in sides
@@ -176,12 +178,18 @@ def _sides_of(
 ) -> tuple[OrbitPoint, OrbitPoint] | None:
     """Return the orbits next to a change of contacts; None where the branch does not pass it."""
     at = found.point.arclength
-    for before, after in pairwise(traced.points):
-        near = before.arclength - BIFURCATION.located <= at <= after.arclength + BIFURCATION.located
-        if near and before.piece != after.piece and isinstance(before.curve, Orbits):
-            again = before.curve.converted(after)
-            return None if again is None else (before, again)
-    return None
+
+    def left(pair: tuple[OrbitPoint, OrbitPoint]) -> float:
+        return max(pair[0].arclength - at, at - pair[1].arclength, 0.0)
+
+    changes = [pair for pair in pairwise(traced.points) if pair[0].piece != pair[1].piece]
+    if not changes:
+        return None
+    before, after = min(changes, key=left)
+    if left((before, after)) > BIFURCATION.located or not isinstance(before.curve, Orbits):
+        return None
+    again = before.curve.converted(after)
+    return None if again is None else (before, again)
 
 
 def branches_around(
