@@ -189,3 +189,24 @@ def test_a_slow_cycle_settles_beside_a_vibration_seventy_times_as_fast():
     orbit = sf.periodic_orbit(model, state={"vslow": 0.1})
     assert orbit.stable
     assert settlement.duration == pytest.approx(orbit.duration, rel=1e-8)
+
+
+def test_an_orbit_with_stick_of_a_structure_with_a_fast_decaying_mode():
+    # Without the small mass, whose mode is ten thousand times as fast, the other has a millionth
+    # less inertia.
+    law, small = sf.CubicStribeck(mu_s=1.5, mu_m=0.4459, vm=1.0541), 1e-6
+    acting = {
+        "contacts": sf.FrictionContact("x", law, load=1.0, Vd=1.0),
+        "forcing": sf.HarmonicForce("x", F=0.3),
+        "f": 0.195,
+    }
+    alone = sf.Structure([[1.0]], None, [[1.0]], names="x", **acting)
+    between = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    masses, stiffness = np.diag([1.0, small]), np.diag([1.0, 0.0]) + 100 * between
+    both = sf.Structure(masses, 0.01 * between, stiffness, names="x y", **acting)
+    known = sf.periodic_orbit(alone, period=2, state=[0.336, 0.380], settle=2)
+    x, v = known.state
+    orbit = sf.periodic_orbit(both, period=2, state=[x, x, v, v], settle=2)
+    assert orbit.stuck_fraction == pytest.approx(known.stuck_fraction, abs=10 * small)
+    largest = [np.abs(item.multipliers).max() for item in (orbit, known)]
+    assert largest[0] == pytest.approx(largest[1], abs=10 * small)

@@ -20,13 +20,18 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.batches import LANES
 from slipfold.flow.contact_state import Instant, changed
 from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import HybridFlow, HybridSystem, SmoothPhase
 from slipfold.flow.modes import CONTACT, Ending, Mode, Status, SwitchingEvent, reported_mode
 from slipfold.flow.polynomials import SlowPolynomials
 from slipfold.flow.release import Release
 from slipfold.newton import zero_between
+
+PARTS = (LANES, 8 * LANES)
+"""Numbers of parts of a smooth phase with too many steps: stiff slip lasts for whole periods."""
 
 UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 """Events that only change the variables of the integration."""
@@ -135,10 +140,32 @@ class _Variations:
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
             rows = np.flatnonzero(in_mode & ~started)
             if len(rows):
-                ends[rows], matrices[rows], vectors[rows] = self._flow.of(mode).linearize(
-                    starts[rows], begin[rows], end[rows], self._constants, self._directions
-                )
+                given = starts[rows], begin[rows], end[rows], self._constants, self._directions
+                ends[rows], matrices[rows], vectors[rows] = self._flow.of(mode).linearize(*given)
+        for row in np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2))):
+            span = np.array([begin[row], end[row]])
+            known = self._in_parts(self._flow.of(modes[row]), starts[row], span)
+            ends[row], matrices[row], vectors[row] = known
         return ends, matrices, vectors
+
+    def _in_parts(self, flow: Flow, start: Array, span: Array) -> tuple[Array, Array, Array]:
+        """Return the same for a smooth phase that takes more steps than a batch is given.
+
+        Shapes: start (n,); span (2,); returns (n,), (n, n), (n, k).
+        """
+        n, k = len(start), self._directions.shape[1]
+        for count in PARTS:
+            phases = np.linspace(*span, count + 1)
+            states = flow.trajectory(start, self._constants, phases)[:-1]
+            ends, matrices, vectors = flow.linearize(
+                states, phases[:-1], phases[1:], self._constants, self._directions
+            )
+            if np.isfinite(matrices).all():
+                matrix, vector = np.eye(n), np.zeros((n, k))
+                for one, along in zip(matrices, vectors, strict=True):
+                    matrix, vector = one @ matrix, one @ vector + along
+                return ends[-1], matrix, vector
+        return np.full(n, np.nan), np.full((n, n), np.nan), np.full((n, k), np.nan)
 
     def changed(
         self, part: SmoothPhase, after: Mode, end: Array, beyond: Array, varied: Array
