@@ -167,3 +167,17 @@ def test_doubled_orbits_that_begin_beyond_the_span_are_not_followed() -> None:
     diagram = doubled_from(1.707795)
     assert [branch.period for branch in diagram.branches] == [2, 4]
     assert [point.type for point in diagram.branches[1].special] == ["GRAZE"]
+
+
+def test_a_doubled_branch_turns_back_where_it_grazes() -> None:
+    # Orbits on both sides of the grazing exist at lower frequencies only, so that the tangent of
+    # one piece says nothing of where the other lies.
+    given = {"start": {"f": 0.103}, "settled": True, "F": 0.3}
+    settings = sf.Settings(largest_period=2)
+    diagram = sf.response(FALLS_AND_RISES, "f", (0.0997, 0.104), settings=settings, **given)
+    first, second = diagram.branches
+    (turn,) = second.special
+    (doubling,) = (point for point in first.special if point.type == "PD")
+    assert (turn.type, second.stopped.kind) == ("GRAZE", "closed")
+    assert second.stopped.values[0] == pytest.approx(doubling.value, rel=1e-9)
+    assert second.parameter.max() <= turn.value + turn.uncertainty

@@ -15,6 +15,7 @@ from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import POINTS, lagrange
 from slipfold.continuation.locate import ZERO, LostCurveError, Projection, insert, point_at
 from slipfold.continuation.newton import TOO_SHARP, correct
+from slipfold.errors import BREAKDOWNS
 
 
 class PIECE:
@@ -367,27 +368,30 @@ def _is_connected(curve: Curve[P], point: P, z: Array) -> bool:
 def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
     """Return a first point of the next piece, with its tangent away from where one ends; or None.
 
-    `z` is where the piece of a point ends, `reach` the scale of distances to try. The next piece
-    lies ahead along the tangent, or the curve turns back in the parameter, or in the states alone,
-    or the tangent is that of the next piece.
+    `z` is where the piece of a point ends, `reach` the scale of distances to try. The tangent of
+    the next piece solves its equations across the end, next to which they hold beside the curve as
+    well; it lies on one side or the other.
     """
-    along, across = last.tangent, _parameter_row(last)
     for distance in reach * DISTANCES:
-        ahead = distance * along
-        turned = np.append(ahead[:-1], -ahead[-1])
-        for step, row in (
-            (ahead, along),
-            (turned, across),
-            (ahead * across, across),
-            (-ahead, along),
-        ):
-            point = _solution(curve, z + step, row, 0.0, z, PIECE.astray * distance)
-            if point is None or point.piece == last.piece:
-                continue
-            away = point.z - z
-            apart = float(np.linalg.norm(away))
-            if apart > PIECE.doubtful * distance and not _is_connected(curve, point, z):
-                continue
-            point = curve.turned(point) if float(point.tangent @ away) < 0 else point
-            return replace(point, arclength=last.arclength + apart + reach)
+        for across in (distance * last.tangent, -distance * last.tangent):
+            tangent = _tangent_at(curve, z + across, last.tangent)
+            for row in () if tangent is None else (tangent, -tangent):
+                point = _solution(curve, z + distance * row, row, 0.0, z, PIECE.astray * distance)
+                if point is None or point.piece == last.piece:
+                    continue
+                away = point.z - z
+                apart = float(np.linalg.norm(away))
+                if apart > PIECE.doubtful * distance and not _is_connected(curve, point, z):
+                    continue
+                point = curve.turned(point) if float(point.tangent @ away) < 0 else point
+                return replace(point, arclength=last.arclength + apart + reach)
+    return None
+
+
+def _tangent_at(curve: Curve[P], z: Array, row: Array) -> Array | None:
+    """Return the tangent that the equations have beside their solutions, None where they fail."""
+    with suppress(*BREAKDOWNS):
+        linearization = curve.linearize(z)
+        if linearization.is_finite:
+            return np.asarray(linearization.bordered(row).tangent())
     return None
