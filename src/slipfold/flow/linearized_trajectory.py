@@ -143,19 +143,20 @@ class _Variations:
                 given = starts[rows], begin[rows], end[rows], self._constants, self._directions
                 ends[rows], matrices[rows], vectors[rows] = self._flow.of(mode).linearize(*given)
         for row in np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2))):
-            span = np.array([begin[row], end[row]])
-            known = self._in_parts(self._flow.of(modes[row]), starts[row], span)
-            ends[row], matrices[row], vectors[row] = known
+            flow, span = self._flow.of(modes[row]), (begin[row], end[row])
+            ends[row], matrices[row], vectors[row] = self._in_parts(flow, starts[row], *span)
         return ends, matrices, vectors
 
-    def _in_parts(self, flow: Flow, start: Array, span: Array) -> tuple[Array, Array, Array]:
+    def _in_parts(
+        self, flow: Flow, start: Array, begin: float, end: float
+    ) -> tuple[Array, Array, Array]:
         """Return the same for a smooth phase that takes more steps than a batch is given.
 
-        Shapes: start (n,); span (2,); returns (n,), (n, n), (n, k).
+        Shapes: start (n,); returns (n,), (n, n), (n, k).
         """
         n, k = len(start), self._directions.shape[1]
         for count in PARTS:
-            phases = np.linspace(*span, count + 1)
+            phases = np.linspace(begin, end, count + 1)
             states = flow.trajectory(start, self._constants, phases)[:-1]
             ends, matrices, vectors = flow.linearize(
                 states, phases[:-1], phases[1:], self._constants, self._directions
