@@ -20,7 +20,7 @@ def combinations():
     for number, case in enumerate(CASES):
         for item in ALL:
             # The last two are the only ones over the frequency.
-            often = item == PAIRS[number % 6] and number in (0, 1, 4, 5, 8, 9)
+            often = item == PAIRS[number % 6] and number in (1, 4, 8)
             yield pytest.param(*item, case, marks=[] if often else pytest.mark.long)
 
 

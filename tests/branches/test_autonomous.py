@@ -248,7 +248,9 @@ th = {{ rate = "1 - v*th/1e-5", start = 10{} }}
 """
 
 
-@pytest.mark.parametrize("scales", [("", ""), (", scale = 1e-3", ", scale = 10")])
+@pytest.mark.parametrize(
+    "scales", [("", ""), pytest.param((", scale = 1e-3", ", scale = 10"), marks=pytest.mark.long)]
+)
 def test_creep_of_a_fault_with_hardly_any_inertia_has_its_hopf_point(scales):
     # Rate-and-state friction. A rate of 5e7/s beside 0.07/s holds the slip speed, which the change
     # of k would move a thousand times as fast.

@@ -124,7 +124,7 @@ def test_largest_equilibrium():
     assert (peak.type, peak.value) == ("MAX", pytest.approx(1, abs=1e-11))
 
 
-@pytest.mark.parametrize("output", ["x", "v"])
+@pytest.mark.parametrize("output", ["x", pytest.param("v", marks=pytest.mark.long)])
 def test_peak_of_an_orbit_that_sticks(output):
     (peak,) = extrema(DRY, "W", (0.9, 1.1), sf.Event(output), settled=True)
     assert peak.type == "MAX"

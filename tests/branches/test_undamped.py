@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
+from helpers.long_tests import long_except
 from slipfold.continuation.step_length import drift
 from slipfold.orbits.shooting import Shooting
 from slipfold.orbits.test_functions import evaluate_tests
@@ -59,16 +60,16 @@ BESIDE = {
     "modes": (growing("m"), mode() | mode("7", names="cd"), "HB", [0]),
     "a mode of the same frequency": (growing("m"), mode("2"), "HB", [0]),
     "a mode whose frequency changes": (growing("m"), mode("3 + m"), "HB", [0]),
-    "a mode, two at once": (growing("m") | growing("0.01 - m", "uw"), mode(), "HB", [0, 0.01]),
+    "a mode, round a cycle": (ROUND | growing("m - 0.2"), mode(), "NS", [0.2]),
     "a mode, forced": (growing("m") | FORCED, mode(), "NS", [0]),
     "a nonlinear mode, forced": (growing("m") | FORCED, mode("3 + a^2"), "NS", [0]),
     "what flips, forced": (flipping("m", 1, "pq") | FORCED, flipping("0", 0, "ab"), "PD", [0]),
     "half the forcing": (flipping("m", 1, "pq") | FORCED, mode("W^2/4"), "PD", [0]),
-    "a mode, round a cycle": (ROUND | growing("m - 0.2"), mode(), "NS", [0.2]),
+    "a mode, two at once": (growing("m") | growing("0.01 - m", "uw"), mode(), "HB", [0, 0.01]),
 }
 
 
-@pytest.mark.parametrize("case", BESIDE)
+@pytest.mark.parametrize("case", long_except(BESIDE, list(BESIDE)[1::2]))
 def test_what_crosses_the_circle_is_seen_beside_what_stays_on_it(case):
     states, standing, kind, values = BESIDE[case]
     forcing = {"forcing": {"period": "2*pi/W"}} if "z" in states else {}
@@ -147,7 +148,7 @@ def test_the_locus_of_flutter_without_damping_is_followed(whole):
         assert (k.min(), k.max()) == pytest.approx((1, 4), abs=1e-12)
 
 
-@pytest.mark.parametrize("beside", [mode("7.1"), mode("7.1", 0.1)], ids=["a mode", "a damped mode"])
+@pytest.mark.parametrize("beside", long_except([mode("7.1"), mode("7.1", 0.1)], [mode("7.1", 0.1)]))
 def test_the_edge_of_a_combination_resonance_is_followed(beside):
     # Their multipliers' polynomial reads the same backward: s^2 + a s + b - 2 in s = l + 1/l.
     states = {"x": "u", "y": "v", "u": "-x - e*cos(W*t)*y", "v": "-4*y - e*cos(W*t)*x"}
@@ -268,7 +269,7 @@ def test_a_branch_ends_where_rounding_decides_where_its_orbits_are():
         assert 0.8 < branch.parameter.max() < 1.1
 
 
-@pytest.mark.parametrize("span", [(0.7, 1.9), (1.9, 0.7)])
+@pytest.mark.parametrize("span", long_except([(0.7, 1.9), (1.9, 0.7)], [(0.7, 1.9)]))
 def test_a_linear_oscillator_without_damping_runs_away_at_its_resonance(span):
     # x = sin(W t)/(1 - W^2); beyond an amplitude of 6e5 rounding made a dozen branch points.
     states, forcing = {"x": "v", "v": "-x + sin(W*t)"}, {"period": "2*pi/W"}
