@@ -30,6 +30,7 @@ LONG = ["friction-damper", "measured-data", "uncertainty-and-design"]
         if not {*BUILT} & {*p.parts} and examples(p)
     ],
 )
+@pytest.mark.usefixtures("few_lines")
 def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import matplotlib as mpl
 

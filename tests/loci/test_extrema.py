@@ -41,7 +41,7 @@ def ridge(model, vary, span, plane, window, output="x", measure="max"):
     [
         ("max", "x", np.sqrt(0.98), 5 / np.sqrt(0.99)),
         pytest.param("rms", "v", 1.0, 5 / np.sqrt(2), marks=pytest.mark.long),
-        ("harmonic", "v", 1.0, 5.0),
+        pytest.param("harmonic", "v", 1.0, 5.0, marks=pytest.mark.long),
     ],
 )
 def test_peaks_of_a_linear_oscillator_lie_on_a_straight_line(measure, output, peak, height):

@@ -39,7 +39,7 @@ def check(plane, count, points):
 
 
 def test_places_in_the_plane_of_frequency_and_force():
-    check(FORCE, 5, points=10)
+    check(FORCE, 3, points=6)
 
 
 @pytest.mark.long

@@ -66,7 +66,7 @@ def check_labels(plane, count, seed=20260107):
 
 
 def test_labels_at_random_places():
-    assert check_labels(OFTEN, 5) >= 3
+    assert check_labels(OFTEN, 3) >= 2
 
 
 @pytest.mark.long

@@ -40,7 +40,7 @@ def searched_for(text):
     return sf.response(system(text), vary="p", span=(-1, 1), search=True)
 
 
-@pytest.mark.parametrize("text", [ISOLA, FORCED_ISOLA], ids=["at rest", "forced"])
+@pytest.mark.parametrize("text", [pytest.param(ISOLA, marks=pytest.mark.long), FORCED_ISOLA])
 def test_an_isola_is_found_and_followed_round(text):
     diagram = sf.response(system(text), vary="p", span=(-1, 1))
     assert len(diagram.branches) == 1

@@ -188,7 +188,7 @@ def angles(*rates):
     [
         pytest.param(FREE, "2", id="two, and an amplitude", marks=LONG),
         pytest.param(FREE | {"w": "x - 2*w"}, "at most 3", id="and one that decays"),
-        pytest.param(angles("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(a-b)"), "2", id="two angles"),
+        pytest.param(angles("1 + 0.1*sin(b-a)", "1.618 + 0.1*sin(a-b)"), "2", marks=LONG),
         pytest.param(angles(*THREE), "at most 3", id="three angles", marks=LONG),
     ],
 )

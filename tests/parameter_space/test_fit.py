@@ -138,6 +138,7 @@ def nearest_read(fit, d):
     return np.array([min(row, key=lambda r: abs(r - y)[0]) for row, y in given])
 
 
+@pytest.mark.long
 def test_rows_below_a_branch_that_leaves_the_span_are_explained():
     # From g = 2.5 measurements change branches again and again, and the upper one reaches W = 1.6.
     found = sf.fit(DUFFING(g=2.5, F=0.2, d=0.06), duffing_down(1), {"g": (0.1, 3.0)})

@@ -126,7 +126,7 @@ def row(force):
     ("model", "other"),
     [
         row(3.0),
-        pair(0.118, 0.4),
+        pytest.param(*pair(0.118, 0.4), marks=pytest.mark.long),
         pair(0.1, 0.5),
         pulsed(0.25, 0.8, 0.5, 0.05),
         excited(0.1, 0.5, 0.3, 0.2),

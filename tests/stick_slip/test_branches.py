@@ -12,7 +12,7 @@ from slipfold.lines import branch_segments
 from slipfold.plots.response import marks_of
 
 
-@pytest.mark.parametrize("largest", [0.05, 0.2])
+@pytest.mark.parametrize("largest", [pytest.param(0.05, marks=pytest.mark.long), 0.2])
 def test_a_stick_slip_cycle_ends_where_it_meets_one_that_slips(largest):
     # bSTAB: it touches Vrel = 0 there; the branch turns back as the unstable cycle in pure slip.
     law = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
@@ -121,7 +121,8 @@ def assert_same_grazings(span):
     assert all(item.type == "GRAZE" and item.uncertainty < 5e-9 for item in found)
 
 
-@pytest.mark.parametrize("span", [pytest.param((9.0, 13.0), marks=pytest.mark.long), (12.0, 12.3)])
+@pytest.mark.long
+@pytest.mark.parametrize("span", [(9.0, 13.0), (12.0, 12.3)])
 def test_whether_a_response_leaves_stick_does_not_depend_on_the_span(span):
     # From stick, where its last stop vanishes, it lay 8e-7 off, or ended there.
     assert_same_grazings(span)

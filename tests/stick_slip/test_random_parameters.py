@@ -227,7 +227,7 @@ def thrown_wrong(kind, seeds):
     return wrong
 
 
-@pytest.mark.parametrize(("kind", "count"), [(on_a_line, 20), (in_the_plane, 5)])
+@pytest.mark.parametrize(("kind", "count"), [(on_a_line, 8), (in_the_plane, 5)])
 def test_some_motions(kind, count):
     assert thrown_wrong(kind, range(count)) == {}
 

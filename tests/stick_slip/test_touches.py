@@ -49,12 +49,9 @@ def test_extrema_at_the_touch_go_on_from_those_in_slip(touched, side):
 def test_a_touch_moves_with_the_load_as_touches_beside_it_do(touched):
     (graze,) = touched.special
     change = 1e-5
-    before, after = (
-        over_speed(0.3 + away, (0.05527, 0.05524)).branches[0].special[0].value
-        for away in (-change, change)
-    )
+    after = over_speed(0.3 + change, (0.05527, 0.05524)).branches[0].special[0].value
     # The square of slip is left to a ten-thousandth of its size.
-    expected = (after - before) / (2 * change)
+    expected = (after - graze.value) / change
     assert sf.gradients(graze)["Nd"] == pytest.approx(expected, rel=1e-4)
 
 

@@ -123,7 +123,9 @@ def chain(count):
     return 2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
 
 
-@pytest.mark.parametrize("reduction", [None, sf.FreeInterface(modes=4)], ids=["whole", "reduced"])
+@pytest.mark.parametrize(
+    "reduction", [None, pytest.param(sf.FreeInterface(modes=4), marks=pytest.mark.long)]
+)
 def test_a_mass_that_is_a_parameter(reduction):
     # A tuned mass on a chain, and the same with its mass in M.
     count, added = 4, 0.7
