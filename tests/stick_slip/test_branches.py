@@ -122,16 +122,10 @@ def assert_same_grazings(span):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("span", [(9.0, 13.0), (12.0, 12.3)])
-def test_whether_a_response_leaves_stick_does_not_depend_on_the_span(span):
-    # From stick, where its last stop vanishes, it lay 8e-7 off, or ended there.
-    assert_same_grazings(span)
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_grazings_do_not_depend_on_the_span(seed):
     rng = np.random.default_rng(seed)
+    # From stick, where its last stop vanishes, it lay 8e-7 off, or ended there.
     low, high = rng.uniform(9, 11.7), rng.uniform(11.8, 13)
     assert_same_grazings(tuple(rng.permutation([low, high])))
 

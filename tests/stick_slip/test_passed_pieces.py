@@ -53,19 +53,14 @@ def meeting() -> sf.System:
     return _system(0.6, "2.9", states, {"R": ("-v", "2.9"), "S": ("-w", "Q")})
 
 
+@pytest.mark.parametrize("largest", [pytest.param(0.05, marks=pytest.mark.long), 1.0])
 @pytest.mark.parametrize(
-    ("type", "make", "apart", "c", "largest"),
+    ("type", "make", "apart", "c"),
     [
-        # In every run those that are nearest to each other, in the longest steps.
-        pytest.param(type, make, *each, largest, marks=[pytest.mark.long] * (rare or largest < 1))
-        for type, make, *pairs in (
-            ("GRAZE", grazing, (1e-5, 0.5), (1e-2, -0.5)),
-            ("STICK", sticking, (1e-4, -0.5), (1e-2, 0.5)),
-            ("LIFT", lifting, (1e-5, 0.5), (1e-2, -0.5)),
-            ("MEET", meeting, (1e-4, -0.1), (1e-2, 0.1)),
-        )
-        for rare, each in enumerate(pairs)
-        for largest in (0.05, 1.0)
+        ("GRAZE", grazing, 1e-5, 0.5),
+        ("STICK", sticking, 1e-4, -0.5),
+        ("LIFT", lifting, 1e-5, 0.5),
+        ("MEET", meeting, 1e-4, -0.1),
     ],
 )
 def test_both_changes_are_found_at_any_step(type, make, apart, c, largest):
