@@ -126,6 +126,19 @@ def test_as_many_modes_as_the_accuracy_needs(size, kind):
     )
 
 
+def test_equal_parts_have_all_their_modes():
+    """Two pads alike, ten blades alike: each frequency as often as there are parts."""
+    mass, stiffness = chain(100)
+    structure = sf.Structure(
+        sparse.block_diag([mass] * 10), DAMPING, sparse.block_diag([stiffness] * 10),
+        reduction=sf.FreeInterface(modes=30), forcing=sf.HarmonicForce("q100", F=1.0),
+    )  # fmt: skip
+    frequencies = structure.natural_frequencies[:30]
+    turns = (2 * np.repeat([0, 1, 2], 10) + 1) * np.pi / (2 * 201)
+    np.testing.assert_allclose(np.pi * frequencies, 10 * np.sin(turns), rtol=1e-9)
+    assert structure.reduction_report.error < 1e-9
+
+
 def test_a_free_structure_keeps_its_rigid_body_motion():
     model = rubbing(800, sf.FreeInterface(modes=4), held=False)
     exact = 2 * 10 * np.sin(np.arange(4) * np.pi / 1600) / (2 * np.pi)

@@ -40,6 +40,7 @@ class MATRICES:
     # Shift of the search for sparse modes, over a typical squared frequency: with it the matrix to
     # factor is regular though rigid-body modes have no stiffness
     shift: float = 1e-12
+    missed: int = 4  # modes, besides those found, that are looked for at a time
     # Ratio of the largest squared frequency to the smallest at which rounding errors matter
     wide: float = 1e5
     # Ratio of them at which the smallest is known to four digits at best, so that it is refused
@@ -516,18 +517,41 @@ def _full_modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:
 
 
 def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
-    from scipy.sparse.linalg import eigsh
-
-    def modes_from(shift: float) -> tuple[Array, Array]:
-        start = np.ones(mass.shape[0], dtype=stiffness.dtype)
-        squares, shapes = eigsh(stiffness, count, mass, sigma=-shift, which="LM", v0=start)
-        order = np.argsort(squares)
-        return squares[order], shapes[:, order]
-
     stiffness, mass = stiffness.tocsc(), mass.tocsc()
     shift = MATRICES.shift * abs(stiffness.diagonal()).sum() / abs(mass.diagonal()).sum()
-    squares, shapes = modes_from(shift)
+    squares, shapes = _modes_from(shift, stiffness, mass, count)
     if squares[0] > 100 * shift:
         return squares, shapes
     # Rigid-body modes, or a fine mesh: the shift follows the modes, so that they stand apart.
-    return modes_from(max(1e-2 * squares[-1], shift))
+    return _modes_from(max(1e-2 * squares[-1], shift), stiffness, mass, count)
+
+
+def _modes_from(shift: float, stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
+    """Return the lowest modes by Lanczos's method, with all of equal frequency.
+
+    From one start it finds a single mode of each frequency, and others by rounding only. What is
+    orthogonal to the modes found is searched until none below them is left.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+    solve, size = splu((stiffness + shift * mass).tocsc()).solve, mass.shape[0]
+    others = np.count_nonzero(abs(mass).sum(axis=1)) - count
+    squares, shapes = np.empty(0), np.empty((size, 0), dtype=stiffness.dtype)
+    random = np.random.default_rng(0)  # in which equal parts move differently
+
+    def without_known(forces: Array) -> Array:
+        answer = solve(forces)
+        return np.asarray(answer - shapes @ (shapes.conj().T @ (mass @ answer)))
+
+    inverse = LinearOperator((size, size), without_known, dtype=stiffness.dtype)
+    while True:
+        wanted = min(MATRICES.missed, others) if len(squares) else count
+        start = random.standard_normal(size).astype(stiffness.dtype)
+        more, found = eigsh(stiffness, wanted, mass, sigma=-shift, OPinv=inverse, v0=start)
+        complete = len(squares) > 0 and more.min() >= squares[-1]
+        order = np.argsort(np.append(squares, more))[:count]
+        squares, found = np.append(squares, more)[order], np.hstack([shapes, found])[:, order]
+        factor = np.linalg.cholesky(found.conj().T @ (mass @ found))
+        shapes = np.linalg.solve(factor, found.conj().T).conj().T
+        if complete:
+            return squares, shapes
