@@ -9,7 +9,7 @@ from helpers.ways_out import KEEP, RENDERED
 
 
 def test_a_motion_and_a_sweep_are_heard(explorer):
-    page = explorer.open("model=duffing&p.W=1.2&span=1.1~1.3").page
+    page = explorer.open("model=duffing&p.d=0.3&p.W=1.2&span=1.1~1.3").page
     page.evaluate(KEEP)
     page.get_by_role("button", name="From rest").click()
     sound = page.locator(".sound")
