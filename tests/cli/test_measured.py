@@ -25,14 +25,14 @@ def test_what_a_test_stand_reads_a_fit_explains(data, tmp_path):
     assert "W [rad/s],max q [1],error of max q [1],sweep" in data.read_text()
     saved = tmp_path / "fit.nc"
     done = run(
-        "fit", "duffing", str(data), "--fit", "d=0.02:0.2", "--fit", "F=0.05:0.5",
+        "fit", "duffing", str(data), "--fit", "d=0.02:0.2", "--set", "F=0.2",
         "--json", "-", "--out", str(saved),
     )  # fmt: skip
     assert done.exit_code == 0
     found = json.loads(done.stdout)
     assert found["schema"] == "slipfold.fit/1"
-    for item, truth in zip(found["fitted"], (0.06, 0.2), strict=True):
-        assert abs(item["value"] - truth) < 4 * item["error"]
+    (item,) = found["fitted"]
+    assert abs(item["value"] - 0.06) < 4 * item["error"]
     assert run("plot", str(saved)).exit_code == 0
     assert saved.with_suffix(".png").stat().st_size > 5000
 

@@ -18,8 +18,9 @@ def examples(page: Path) -> str:
     return "\n".join(BLOCK.findall(page.read_text(encoding="utf-8")))
 
 
-# What they show has tests of its own in parameter_space and structures.
+# What they show has tests of its own in the folders of these names, and in parameter_space.
 LONG = ["friction-damper", "measured-data", "uncertainty-and-design"]
+LONG += ["attractors", "structures", "tori-and-chaos"]
 
 
 @pytest.mark.parametrize(

@@ -275,16 +275,12 @@ def test_what_is_cancelled_is_not_answered(client):
 
 
 def test_a_motion_is_judged_as_lyapunov_judges_it_from_where_it_starts(client):
-    values = {"f": 12.5, "Nd": 0.02}
-    motion = {
-        "model": "sliding",
-        "parameters": values,
-        "start": {"x": 0.1},
-        "perturbation": {"vy": 0.5},
-    }
+    motion = {"model": "duffing", "parameters": {"W": 1.4}}
+    motion |= {"start": {"q": 0.1}, "perturbation": {"v": 0.5}}
     client.send({"kind": "exponents", "id": 5, **motion})
     *progress, last = client.until_done(5)
-    own = sf.lyapunov(sf.SlidingOscillator(**values), state={"x": 0.1, "vy": 0.5}, tolerance=1e-6)
+    duffing = sf.built_in_models()["duffing"](W=1.4)
+    own = sf.lyapunov(duffing, state={"q": 0.1, "v": 0.5}, tolerance=1e-6)
     assert last["exponents"] == own.exponents.tolist()
     assert (last["kind_of_motion"], last["period"]) == ("periodic", 1)
     assert last["message"] == own.classification.message

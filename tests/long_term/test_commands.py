@@ -39,10 +39,10 @@ COMMANDS = {
         "period 1", "", None,
     ),
     "lyapunov": (
-        ("sliding", "--set", "Nd=0.02", "--start", "y=0.1"),
-        lambda record: record["initial_state"] == [0, 0.1, 0, 0]
+        ("duffing", "--set", "W=1.4", "--start", "v=0.1"),
+        lambda record: record["initial_state"] == [0, 0.1]
         and (record["per"], record["period"]) == ("forcing period", 1)
-        and len(record["exponents"]) == len(record["errors"]) == 4,
+        and len(record["exponents"]) == len(record["errors"]) == 2,
         "Settled on a response of 1 forcing period", "", None,
     ),
 }  # fmt: skip

@@ -221,7 +221,8 @@ def folds(model, states):
         patch.setattr(CHOICE, "states", states)
         branch = sf.response(model, vary="f", span=(0.82, 1.0)).branches[0]
         window = {"f": (0.8, 1.1), "F": (9.95, 10.05)}
-        locus = sf.locus(branch.special[0], vary=("f", "F"), window=window).loci[0]
+        point, given = branch.special[0], {"vary": ("f", "F"), "window": window, "switch": False}
+        locus = sf.locus(point, **given).loci[0]
     return branch, locus.values[[0, -1]]
 
 

@@ -113,7 +113,7 @@ ONE = {"types": "pd", "periods": 1, "regions": False}
 """The same: one type and one period need no list."""
 
 
-def test_set_from_a_window(found, monkeypatch):
+def test_set_from_a_window(found, few_lines, monkeypatch):
     followed, trace = [], isolated.trace_response
 
     def watched(*given, begin, **options):

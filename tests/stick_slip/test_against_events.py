@@ -201,12 +201,9 @@ def after_in_the_plane(state, periods, f, force, speed, static, kinetic):
         stuck = not stuck
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("span", "end"),
-    [
-        pytest.param((0.07, 0.12), 0.0885614227, marks=pytest.mark.long),
-        ((0.102, 0.097), 0.0991599894),
-    ],
+    ("span", "end"), [((0.07, 0.12), 0.0885614227), ((0.102, 0.097), 0.0991599894)]
 )
 def test_slip_that_touches_zero_under_more_static_friction_ends_the_branch(span, end):
     # From stick it ended 8e-7 before, where the equations were too stiff, and did not say why.

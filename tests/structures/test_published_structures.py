@@ -189,6 +189,7 @@ def test_nlvib_s_two_masses_with_a_stop():
         assert found.truncation < 1e-3
 
 
+@pytest.mark.long
 def test_nlvib_s_beam_with_a_friction_node():
     # Example 08, a cantilever. The numbers are those of a run with Octave, 7 harmonics, in steps of
     # 5 rad/s, printed in comparison 07 of julianjurai/NLvib-py (commit 64ad450); 7 harmonics in

@@ -271,6 +271,7 @@ def test_a_motion_on_no_torus_says_what_it_does():
         sf.response(chaotic, "Nd", (0.1, 0.2), start={"Nd": 0.11}, settled=True, tori=True)
 
 
+@pytest.mark.long
 def test_motion_is_locked_between_the_folds_of_orbits():
     # A branch of orbits of period 20, followed by continuation, closes on itself, with these folds.
     found = of_the_sliding_oscillator((0.144, 0.156), 0.15)

@@ -6,40 +6,24 @@ import pytest
 from playwright.sync_api import expect
 
 import slipfold as sf
-from helpers.command_line import run
 from helpers.explorer_page import ExplorerPage, served, violations
 
-STUDY = """
-model = "sliding"
-[parameters]
-f = 12.5
-[compute]
-what = "threshold"
-vary = "Nd"
-span = [0, 0.06]
-[cases.grid]
-Vd = [0.5, 0.6, 0.7]
-mu = [0.4, 0.5]
-"""
+STUDY = {
+    "model": "sliding",
+    "parameters": {"f": 12.5},
+    "compute": {"what": "threshold", "vary": "Nd", "span": [0, 0.06]},
+    "cases": {"grid": {"Vd": [0.5, 0.6, 0.7], "mu": [0.4, 0.5]}},
+}
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    """The file that the command makes of a study."""
-    folder = tmp_path_factory.mktemp("study")
-    (folder / "case.toml").write_text(STUDY)
-    arguments = [str(folder / "case.toml"), "--out", str(folder / "case.nc"), "--workers", "1"]
-    assert run("study", *arguments).exit_code == 0
-    return folder / "case.nc"
+def study():
+    return sf.study(STUDY)
 
 
 @pytest.fixture(scope="module")
-def study(file):
-    return sf.load(file)
-
-
-@pytest.fixture(scope="module")
-def opened(context, file):
+def opened(context, study, tmp_path_factory):
+    study.save(file := tmp_path_factory.mktemp("study") / "case.nc")
     with served(file, workers=1) as address:
         explorer = ExplorerPage(context.new_page(), address)
         explorer.open("model=sliding&p.mu=0.3&show=y&vary=f&span=12.4~12.41&p.f=12.4&p.Nd=0.01")
