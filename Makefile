@@ -99,7 +99,7 @@ test long thrown ways-out portable portable-quick: export OMP_NUM_THREADS = 1
 test long thrown ways-out portable portable-quick: export OPENBLAS_NUM_THREADS = 1
 
 # What runs long runs as it does for users.
-long thrown ways-out portable: export SLIPFOLD_OPTIMIZATION = 3
+long thrown ways-out portable: export SLIPFOLD_OPTIMIZATION = 2
 
 lint: $(SETUP) ## check style and formatting
 	$(BIN)/ruff check .

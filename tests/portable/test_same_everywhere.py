@@ -45,7 +45,7 @@ def located(environment):
     """Special points by case and branch, computed by a process of its own."""
     run = subprocess.run(
         [sys.executable, "-W", "error", str(SCRIPT)],
-        env={**os.environ, "SLIPFOLD_OPTIMIZATION": "3", **ENVIRONMENTS[environment]},
+        env={**os.environ, "SLIPFOLD_OPTIMIZATION": "2", **ENVIRONMENTS[environment]},
         capture_output=True,
         text=True,
         check=False,

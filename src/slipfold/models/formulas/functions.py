@@ -58,9 +58,9 @@ def whole_power(base: Expression, exponent: int) -> Expression:
     return 1.0 if result is None else result
 
 
-OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "3"))
-"""LLVM's level for all that is compiled. At 0 it compiles in a quarter of the time and runs half as
-fast, which suits models that are integrated once, as in most tests."""
+OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "2"))
+"""LLVM's level for all that is compiled. At 3 integrators take a quarter longer to compile and give
+the same digits as fast; at 0 they run half as fast, which suits tests, where most run once."""
 
 SHORT = 500
 """Terms of functions up to which code is not compact: it is compiled in a third of the time, but
