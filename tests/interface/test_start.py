@@ -1,12 +1,15 @@
 """What ``import slipfold`` imports, and when: nothing before it is requested."""
 
+import multiprocessing
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import slipfold
+from helpers.studies import CHEAP
 from slipfold.threads import VARIABLES
 from slipfold.version import package_version
 
@@ -62,3 +65,20 @@ def test_commands_take_one_thread_for_linear_algebra_unless_asked_otherwise(give
     told = {} if given is None else {"OPENBLAS_NUM_THREADS": given}
     printed = subprocess.check_output([sys.executable, "-c", text], env=free | told, text=True)
     assert printed.split()[-1] == threads
+
+
+@pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="needs Linux")
+def test_processes_of_a_study_start_with_one_thread(monkeypatch):
+    for name in VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    given = set[bool]()
+
+    def look(_):
+        for process in multiprocessing.active_children():
+            given.add(
+                b"OPENBLAS_NUM_THREADS=1" in Path(f"/proc/{process.pid}/environ").read_bytes()
+            )
+
+    slipfold.study(CHEAP, executor=2, on_progress=look)
+    assert given == {True}
+    assert not set(VARIABLES) & set(os.environ)

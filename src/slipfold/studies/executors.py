@@ -11,13 +11,15 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import Pipe, get_context, resource_tracker
 from multiprocessing.connection import Connection
 from time import monotonic
 from typing import Any
 
+import heyoka as hy
+
 from slipfold.errors import InputError
-from slipfold.threads import cores, take_one_thread
+from slipfold.threads import VARIABLES, cores, take_one_thread
 
 LOGGERS = ("distributed", "distributed.client", "tornado.application")
 """Loggers of Dask with handlers of their own, which write tracebacks where a connection ends."""
@@ -92,51 +94,51 @@ class _Processes(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Hand it to a process."""
-        if self._pool is not None:
-            try:
-                return self._pool.submit(fn, *args, **kwargs)
-            except BrokenExecutor:
-                self.shutdown()
-        self._pool = self._begin()
-        with _interrupts_blocked():
+        with _starting():  # the task may be what starts it
+            if self._pool is not None:
+                try:
+                    return self._pool.submit(fn, *args, **kwargs)
+                except BrokenExecutor:
+                    self.shutdown()
+            # Integrators run threads, and a fork of a process with threads may hang.
+            held, self._leash = Pipe(duplex=False)
+            spawn = get_context("spawn")
+            self._pool = ProcessPoolExecutor(self._count, spawn, _begin_worker, (held,))
             return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes at once, whatever they are doing."""
-        if self._leash is not None:
+        if self._leash is not None and self._pool is not None:
             self._leash.close()
-            self._leash = None
-        if self._pool is not None:
             self._pool.shutdown(cancel_futures=True)
-            self._pool = None
-
-    def _begin(self) -> ProcessPoolExecutor:
-        # Integrators run threads, and a fork of a process with threads may hang.
-        context = get_context("spawn")
-        held, self._leash = context.Pipe(duplex=False)
-        return ProcessPoolExecutor(self._count, context, _begin_worker, (held,))
+            self._leash = self._pool = None
 
 
 @contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Block Ctrl-C for processes that start now: it could end them before they can ignore it."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    # It unblocks the signal itself when it starts, so it has to be there before.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _starting() -> Iterator[None]:
+    """Give processes one thread before they import NumPy; block Ctrl-C until they can ignore it."""
+    added = [name for name in VARIABLES if name not in os.environ]
+    take_one_thread()
+    masks = hasattr(signal, "pthread_sigmask")  # not on Windows
+    if masks:
+        # It unblocks the signal itself when it starts, so it has to be there before.
+        resource_tracker.ensure_running()
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for name in added:
+            del os.environ[name]
 
 
 def _begin_worker(leash: Connection) -> None:
     """Leave signals to the main process; end when that closes its end of the pipe, or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    take_one_thread()
+    # It would evaluate functions of many states in threads that wait busily for more.
+    hy.set_nthreads(1)
 
     def follow() -> None:
         leash.poll(None)

@@ -21,7 +21,6 @@ from slipfold.interface.explorer.settings import PAGE
 from slipfold.interface.explorer.workers import Workers
 from slipfold.models.model import Model
 from slipfold.results.study import StudyResult
-from slipfold.threads import take_one_thread
 
 
 def default_workers() -> int:
@@ -47,7 +46,6 @@ def serve(
     host = f"[{public}]" if public and ":" in public else public or "127.0.0.1"
     access = Access(listener.getsockname()[1], (host,) if public else LOCAL)
     limits = ServerLimits()
-    take_one_thread()
     pool = Workers(given, workers, limits, file)
     app = make_app(catalogue, access, pool, limits, described)
     config = uvicorn.Config(app, **settings_of_server(limits))
