@@ -73,7 +73,6 @@ def test_of_images_under_a_symmetry_one_is_followed_in_any_scales():
     ("rates", "count", "forced"),
     [
         (("r*{} - {}^3", "2*r*{} - {}^3"), 3, False),  # two pitchforks at once, and both together
-        (("(P - 1)*{} - {}^3", "3*(P - 1)*{} - {}^3"), 3, False),  # two columns buckle at one load
         (("r*{} - {}^3", "(r + r^2/10)*{} - {}^3"), 3, True),  # spectra hardly differ nearby
         (("r*{} - {}^3", "r*{} - {}^3 - {}^5/10"), 3, False),
         (("r*{} - {}^2", "2*r*{} - {}^2"), 6, True),  # on both sides
@@ -85,17 +84,16 @@ def test_of_images_under_a_symmetry_one_is_followed_in_any_scales():
 )
 def test_all_branches_begin_where_several_multipliers_are_one(rates, count, forced):
     # Each state is zero or the root of its own equation: of images, one is followed.
-    vary, buckles = ("P", 1.0) if "P" in rates[0] else ("r", 0.0)
     states = {name: rate.format(*[name] * 3) for name, rate in zip("xyzw", rates, strict=False)}
     more = {"u": "v", "v": "cos(t) - 2*u - v"} if forced else {}
     settings = {"forcing": {"period": "2*pi"}} if forced else {}
-    model = sf.System(parameters={vary: buckles - 0.1}, states={**states, **more}, **settings)
-    rest, *others = sf.response(model, vary, (buckles - 0.1, buckles + 0.1)).branches
+    model = sf.System(parameters={"r": -0.1}, states={**states, **more}, **settings)
+    rest, *others = sf.response(model, "r", (-0.1, 0.1)).branches
     (point,) = rest.special
     assert (point.type, point.several) == ("BP", True)
-    assert point.value == pytest.approx(buckles, abs=max(1e-9, point.uncertainty))
+    assert point.value == pytest.approx(0, abs=max(1e-9, point.uncertainty))
     assert list(rest.stable[[0, -1]]) == [True, False]
-    ends = {(branch.parameter[-1] > buckles, *np.abs(branch.states[-1, : len(rates)]).round(6))
+    ends = {(branch.parameter[-1] > 0, *np.abs(branch.states[-1, : len(rates)]).round(6))
             for branch in others}  # fmt: skip
     assert len(others) == len(ends) == count
     assert ("not followed" in point.undecided) == (point.images > 0) == ("^3" in rates[0])
@@ -134,7 +132,7 @@ def test_a_crossing_far_from_where_it_was_located_asks_for_a_shorter_step():
         find_crossing(orbits, far, np.array([0.0, 1.0]), length=1.0)
 
 
-@pytest.mark.parametrize("slope", [0.7, 0.9])
+@pytest.mark.parametrize("slope", [pytest.param(0.7, marks=pytest.mark.long), 0.9])
 def test_no_step_leads_across_a_branch_point_onto_the_other_branch(slope):
     # One branch crosses the other at an angle of 0.05 to 0.2, and a step ends beside both.
     for r in (-1.05, -1.0, -0.95, -0.9):

@@ -46,15 +46,18 @@ DOUBLING = {
 """With u + i v = (a + i b) exp(i t/2), a' = (h + 0.3 r) a on the cycle of radius r: it doubles at
 r^2 = 5, p^2 = 3/16, and is unstable between."""
 
-SETTINGS = [
-    sf.Settings(),
-    pytest.param(sf.Settings(steps=sf.Steps(largest=0.05)), marks=pytest.mark.long),
-    sf.Settings(discretization="collocation"),
-]
+SHORT = sf.Settings(steps=sf.Steps(largest=0.05))
+COLLOCATION = sf.Settings(discretization="collocation")
 
 
-@pytest.mark.parametrize("settings", SETTINGS, ids=["usual", "short", "collocation"])
-@pytest.mark.parametrize("system", [ISOLA, TWO_PERIODS], ids=lambda system: system["name"])
+@pytest.mark.parametrize(
+    ("system", "settings"),
+    [
+        (ISOLA, COLLOCATION),
+        (TWO_PERIODS, sf.Settings()),
+        *(pytest.param(each, SHORT, marks=pytest.mark.long) for each in (ISOLA, TWO_PERIODS)),
+    ],
+)
 def test_an_isola_has_two_folds(system, settings):
     given = {"vary": "p", "span": (-1, 1), "start": {"p": 0.3}, "settled": True}
     diagram = sf.response(sf.System(system), **given, settings=settings)

@@ -11,6 +11,7 @@ from slipfold.orbits.kinds import ForcedOrbits
 
 SPAN = (0, 0.9)
 CHANGES = [{"f": 12.51}, {"Ns": 0.95}]
+LONG = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
@@ -129,9 +130,9 @@ def structure(branches):
         # The period doubling turns subcritical, and the doubled branch has a fold, from 12.436 Hz.
         ("sliding", "Nd", (0, 0.98), [{"f": f} for f in (12.47, 12.44, 12.41)]),
         # The fold of the first branch lies beside the limit, where nothing is moved.
-        ("sliding", "Nd", (0, 0.98), [{"f": 12.35}, {"f": 12.345}]),
+        pytest.param("sliding", "Nd", (0, 0.98), [{"f": 12.35}, {"f": 12.345}], marks=LONG),
         # The first orbits of the doubled branch are nearer to the period doubling than it moves.
-        ("sliding", "Nd", (0, 0.98), [{"f": 12.46}, {"f": 12.4867}]),
+        pytest.param("sliding", "Nd", (0, 0.98), [{"f": 12.46}, {"f": 12.4867}], marks=LONG),
         # Both tori vanish with the point that joins them, or lie where rough zeros are inexact.
         ("sliding", "Nd", (0, 0.98), [{}, {"f": 12.45}, {"Ns": 1.1}, {"Ns": 0.94666666666666667}]),
         # Two period doublings appear between two orbits of seven.

@@ -103,8 +103,10 @@ def test_what_crosses_the_circle_is_seen_beside_what_stays_on_it(case):
 
 @pytest.mark.parametrize(
     ("forced", "standing"),
-    [({}, mode()), (FORCED, mode() | mode("7", names="cd"))],
-    ids=["rest", "two modes"],
+    [
+        pytest.param({}, mode(), marks=pytest.mark.long),
+        (FORCED, mode() | mode("7", names="cd")),
+    ],
 )
 def test_a_locus_is_that_of_the_pair_that_moves(forced, standing):
     states = {"x": "v", "v": "(m - k^2)*v - (1 + k)*x - x^2*v", **forced}

@@ -61,7 +61,11 @@ def test_a_fold_turns_back_at_its_value():
 
 
 @pytest.mark.parametrize(
-    ("vary", "span", "fixed"), [("f", (11, 14), {"Nd": 0.15}), ("Nd", (0, 0.98), {"f": 12.2})]
+    ("vary", "span", "fixed"),
+    [
+        pytest.param("f", (11, 14), {"Nd": 0.15}, marks=pytest.mark.long),
+        ("Nd", (0, 0.98), {"f": 12.2}),
+    ],
 )
 def test_lines_through_few_points_are_those_through_many(vary, span, fixed):
     coarse = sf.response(sf.SlidingOscillator(), vary, span, **fixed)

@@ -141,6 +141,7 @@ def test_torus_of_period_two():
     check_torus([locus("NS", 2)], TORUS["f_Nd"], "f")
 
 
+@pytest.mark.long
 def test_torus_of_period_two_in_speed_and_force():
     loci = followed(("Vd", "Nd"), ((0.3, 1.2), (0.0, 0.98)), "NS", 2)
     check_torus(loci, TORUS["Vd_Nd_at_f_12.5"], "Vd")

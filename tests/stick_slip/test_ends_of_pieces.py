@@ -1,4 +1,4 @@
-"""Where a smooth piece of a branch ends: an estimate saves points, and changes no result."""
+"""Where a smooth piece of a branch ends, and what goes on there."""
 
 from dataclasses import replace
 
@@ -7,37 +7,10 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog
-from slipfold.bifurcations.branches import switching_boundaries
 from slipfold.continuation import pieces
 from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
-
-
-def test_end_of_piece_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Den Hartog's oscillator ceases to stick at the same place with a third of the points."""
-    model = den_hartog(0.6, 0.5)
-    counts, ends, computed = [], [], [0]
-    correct, locate = pieces.correct, pieces.locate_boundary
-
-    def counted(*args, **options):
-        computed[0] += 1
-        return correct(*args, **options)
-
-    def both(curve, history, a, b, estimate):
-        for given in (None, estimate):
-            computed[0] = 0
-            boundary = locate(curve, history, a, b, given)
-            counts.append(computed[0])
-            ends.append(boundary.before.z)
-        return boundary
-
-    monkeypatch.setattr(pieces, "correct", counted)
-    monkeypatch.setattr(switching_boundaries, "locate_boundary", both)
-    sf.response(model, "f", (0.08, 0.12))
-    bisected, estimated = counts
-    assert 3 * estimated <= bisected
-    assert np.linalg.norm(ends[1] - ends[0]) < 4 * pieces.PIECE.close
 
 
 def test_derivatives_are_those_of_the_piece_of_a_point() -> None:
