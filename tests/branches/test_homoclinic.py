@@ -72,9 +72,8 @@ def test_cycles_arrive_at_the_homoclinic_orbit(sign):
     assert slope == pytest.approx(-rate, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("longest", "count"), [(2.8, 2), pytest.param(100.0, 6, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("longest", "count"), [(2.8, 2), (100.0, 6)])
 def test_shooting_and_collocation_agree_within_their_uncertainties(longest, count):
     folds = {}
     for method in ("automatic", "collocation"):

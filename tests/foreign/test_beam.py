@@ -210,10 +210,8 @@ WHOLE = [(3, (1.3, 0.8)), (5, (1.25, 1.15)), (8, (1.25, 1.15)), (15, (1.25, 1.15
 
 
 # Beside the Hopf point of the first two spans folds were invented.
-@pytest.mark.parametrize(
-    ("count", "span"),
-    [(3, (1.25, 1.0)), *(pytest.param(*given, marks=pytest.mark.long) for given in WHOLE)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("count", "span"), [(3, (1.25, 1.0)), *WHOLE])
 def test_cycles_of_whole_beams(count, span):
     diagram = sf.response(sliding(count), vary="Vd", span=span)
     still, cycles = diagram.branches[:2]

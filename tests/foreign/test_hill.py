@@ -36,7 +36,9 @@ STARTS = 24
 
 @pytest.fixture(scope="module")
 def found():
-    return bifurcation_set(System.from_toml(HILL), ("a", "q"), WINDOW)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("slipfold.bifurcations.loci.bifurcation_set.LINES", (1, 1))
+        return bifurcation_set(System.from_toml(HILL), ("a", "q"), WINDOW)
 
 
 def multipliers(a, q):

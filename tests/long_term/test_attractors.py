@@ -232,7 +232,7 @@ def test_an_interrupt_keeps_what_was_found():
     assert "interrupted" in found.summary()
 
 
-@pytest.mark.parametrize("coupling", [0.0, 0.2])
+@pytest.mark.parametrize("coupling", [pytest.param(0.0, marks=pytest.mark.long), 0.2])
 def test_a_cycle_beside_a_contact_that_rests_anywhere_is_one(coupling):
     tip = {"slip": "-v", "normal": "0.6", "friction": sf.Coulomb(mu_k=1.0)}
     rates = {"y": "x", "x": "d*x*(1 - y^2) - y + c*q", "q": "v", "v": "c*y - q + tip"}

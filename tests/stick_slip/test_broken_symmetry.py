@@ -78,6 +78,7 @@ def test_symmetry_breaks_where_another_integrator_finds_it(branches):
     assert found == pytest.approx(point.value, abs=1e-6)
 
 
+@pytest.mark.long
 def test_orbits_of_broken_symmetry_close_on_the_branch_point_that_they_began_at():
     # Beside it Newton's method is singular; the fold there says where it is.
     law = sf.Stribeck(mu_s=0.35, mu_k=0.3, vs=0.1, exponent=1)

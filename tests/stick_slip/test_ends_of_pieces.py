@@ -81,6 +81,7 @@ def test_the_branch_of_a_damped_belt_ends_where_slip_only_just_stops(first: floa
         sf.locus(point, ("Vd", "mu_s"), ((0.1, 1.0), (0.4, 0.8)))
 
 
+@pytest.mark.long
 def test_the_node_of_a_doubled_orbit_is_not_where_another_period_changes() -> None:
     # The middle of its longest stop is a whole forcing period after a stop of the other period.
     wedge = sf.System(

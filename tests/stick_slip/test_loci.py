@@ -10,7 +10,7 @@ import slipfold as sf
 from helpers.dry_friction import belt, highest_after_a_touch
 from slipfold.results.checks.curves import check_loci
 
-ROWS = [0, 3, 6, -4, -1]
+ROWS = [0, 6, -1]
 
 CONSTANT = sf.Coulomb(mu_s=1.0, mu_k=1.0)
 FALLING = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
@@ -95,7 +95,7 @@ def test_branches_begin_to_stick_on_the_curve(begins, row):
     assert graze.point.value == pytest.approx(speed, abs=1e-8)
 
 
-@pytest.mark.parametrize("row", [0, 2, 4, -2, -1])
+@pytest.mark.parametrize("row", [0, 4, -1])
 def test_orbits_that_stick_double_their_period_on_the_curve(doublings, row):
     (locus,) = doublings.loci
     assert (locus.stuck_fraction > 0.1).all()
