@@ -239,6 +239,18 @@ def test_slip_that_has_hardly_begun_is_no_scale_for_rounding():
     assert np.finfo(float).eps * system.weights[0] < EVENT.rounding
 
 
+def test_what_a_phase_adds_to_slip_does_not_depend_on_the_unit_of_time():
+    weights = []
+    for unit in (1.0, 2.0**-20):
+        model = sf.Structure(
+            [[unit**2]], None, [[1.0]], f=0.2 / unit, forcing=sf.HarmonicForce("q1", F=3.0),
+            contacts=sf.FrictionContact("q1", sf.Coulomb(mu_k=0.3), load=1.0, Vd=0.0),
+        )  # fmt: skip
+        constants = replace(flow_of(model).constants_of(model), scales=np.array([1.0, 1e-9 / unit]))
+        weights.append(HybridFlow(model).system(np.zeros(2), constants).weights[0] / unit)
+    assert weights[0] == weights[1]
+
+
 def test_what_was_computed_before_changes_no_bit():
     """A light contact decays 1e5 times a second; how it is solved depends on the period alone."""
     link = np.array([[1.0, -1.0], [-1.0, 1.0]])
