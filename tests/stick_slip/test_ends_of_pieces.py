@@ -7,6 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog
+from slipfold.bifurcations.branches import switching_boundaries
 from slipfold.continuation import pieces
 from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.orbits.kinds import ForcedOrbits
@@ -79,6 +80,24 @@ def test_the_branch_of_a_damped_belt_ends_where_slip_only_just_stops(first: floa
     assert diagram.checked.agree
     with pytest.raises(sf.InputError, match="no locus in Vd and mu_s: slip only just stops there"):
         sf.locus(point, ("Vd", "mu_s"), ((0.1, 1.0), (0.4, 0.8)))
+
+
+def test_a_branch_goes_on_where_its_last_orbit_passed_the_graze(monkeypatch) -> None:
+    """The residual of the last orbit may put it beyond: bisection then meets no neighbor."""
+    model = belt(sf.Coulomb(mu_k=0.3), 0.4, 0.1, load=1.0, force=0.3)
+    locate = switching_boundaries.locate_boundary
+
+    def parted(curve, history, a, b, estimate):
+        return replace(locate(curve, history, a, b, estimate), after=b)
+
+    values = []
+    for located in (locate, parted):
+        monkeypatch.setattr(switching_boundaries, "locate_boundary", located)
+        (branch,) = sf.response(model, "f", (0.1, 0.25)).branches
+        assert branch.stopped.kind == "span"
+        values.append([point.value for point in branch.special if point.type == "GRAZE"])
+    assert len(values[0]) == 2
+    assert values[1] == pytest.approx(values[0], rel=1e-9)
 
 
 @pytest.mark.long

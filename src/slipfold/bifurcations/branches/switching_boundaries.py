@@ -163,7 +163,7 @@ def _end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoin
         raise LostCurveError("a step led onto orbits of other modes that are not connected")
     found = Found(kind, met or boundary.before, float("inf"))
     end = _end(kind, curve, found.point)
-    beyond = boundary.after if connected else None
+    beyond = boundary.after if connected else met and _first_beyond(boundary.before, met)
     known = kind == "MEET" and _is_known(found, interval.traced)
     return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
@@ -363,11 +363,16 @@ def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
     traced.end = _end(change.type, met.curve.orbits, met)
     if isinstance(change, FoundGrazing):
         return
-    z, tangent = last.curve.moved(met)
-    side = replace(met, tangent=tangent, piece=last.piece)
-    beyond = beyond_end(last.curve, side, z, BORDER.nearly) or across_gap(last.curve, last)
+    beyond = _first_beyond(last, met)
     if beyond is not None:
         traced.points.append(beyond)
+
+
+def _first_beyond(last: OrbitPoint, met: OrbitPoint) -> OrbitPoint | None:
+    """Return the first orbit beyond a change of contacts next to the last orbit before it."""
+    z, tangent = last.curve.moved(met)
+    side = replace(met, tangent=tangent, piece=last.piece)
+    return beyond_end(last.curve, side, z, BORDER.nearly) or across_gap(last.curve, last)
 
 
 def _vanishes_ahead(traced: TracedCurve[OrbitPoint], *, several: bool) -> FoundGrazing | None:
