@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.dry_friction import FORCED_SLIDER
 from helpers.explorer_models import RAYLEIGH
-from slipfold.long_term import coexisting
+from slipfold.bifurcations.branches.orbit_between import orbits_at
 from slipfold.long_term.coexisting import STAGE
 from slipfold.long_term.verified import ATTRACTOR
 
@@ -146,7 +146,7 @@ def test_an_orbit_far_from_the_start_is_found_at_the_value_asked_for():
     diagram = sf.response(system(FOOD_CHAIN), "K", (0.3, 1), start=start)
     branch = diagram.branches[0]
     for value in (0.5625, 0.7375, 0.9125):
-        (orbit,) = coexisting._orbits_at(branch, value)
+        (orbit,) = orbits_at(branch, value)
         x = min(np.roots([-3 / value, 3 - 1 / value, 1 - 5 / 8]))  # of (1 - x/K)(1 + 3 x) = 5/8
         assert abs(orbit.state[0] - x) < 1e-9
 

@@ -14,7 +14,7 @@ from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.bifurcations.branches.closed_branches import CLOSING
 from slipfold.bifurcations.branches.gaps import BranchSearch, gaps_between
-from slipfold.bifurcations.branches.orbit_between import orbit_between
+from slipfold.bifurcations.branches.orbit_between import orbits_at
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, stroboscopic_states
@@ -272,17 +272,10 @@ def _reached(model: Model, branches: Sequence[Branch]) -> Array:
     return np.asarray(2.0 * np.max([model.state_scales(), *reached], axis=0))
 
 
-def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
-    """Return the orbits of a branch at a value of its parameter."""
-    away = branch.parameter - value
-    for i in np.flatnonzero(away[:-1] * away[1:] <= 0):
-        fraction = away[i] / (away[i] - away[i + 1]) if away[i] != away[i + 1] else 0.0
-        arclength = branch.arclength[i] + fraction * (branch.arclength[i + 1] - branch.arclength[i])
-        try:
-            yield orbit_between(branch, float(arclength), value)
-        except InputError:
-            continue
-    # A fold at that value is on no chord that passes it; orbits part with the root of the distance.
+def _orbits_near(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
+    """Yield the orbits of a branch at a value of its parameter, or at a fold beside it."""
+    yield from orbits_at(branch, value)
+    # A fold is on no chord that passes the value; orbits part with the root of the distance.
     near = ATTRACTOR.same_branch**2 * np.ptp(branch.parameter)
     yield from (item.orbit for item in branch.special if abs(item.value - value) <= near)
 
@@ -292,7 +285,7 @@ def _is_known(begin: Begin, branches: Sequence[Branch]) -> bool:
     return any(
         _is_one(begin, orbit, branch)
         for branch in branches
-        for orbit in _orbits_at(branch, begin.value)
+        for orbit in _orbits_near(branch, begin.value)
     )
 
 

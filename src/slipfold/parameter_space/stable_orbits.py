@@ -9,10 +9,10 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.orbit_between import passes
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import measured_over
-from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
@@ -60,7 +60,7 @@ class StableOrbit:
 
 
 def stable_orbits(
-    model: Model, vary: str, values: Array, quantities: Sequence[Quantity]
+    model: Model, vary: str, values: Array, quantities: tuple[Quantity, ...]
 ) -> list[list[StableOrbit]]:
     """Return the stable orbits of the response at given values of its parameter.
 
@@ -114,54 +114,24 @@ def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[
         return branches
 
 
-def _stable_on(branch: Branch, values: Array, quantities: Sequence[Quantity]) -> list[StableOrbit]:
-    """Return the stable orbits of a branch at given values of its parameter."""
-    guesses = [(value, nodes) for value in values for nodes in _guesses(branch, float(value))]
-    if not guesses:
+def _stable_on(
+    branch: Branch, values: Array, quantities: tuple[Quantity, ...]
+) -> list[StableOrbit]:
+    """Return the stable orbits of a branch at values of its parameter, but those that stick."""
+    if branch.kind != "periodic" or branch.durations is not None:
         return []
-    at, nodes = (np.array(item) for item in zip(*guesses, strict=True))
-    return [
-        orbit
-        for orbit in orbits_at(branch.model, branch.vary, branch.period, nodes, at, quantities)
-        if orbit is not None
-    ]
-
-
-def _guesses(branch: Branch, value: float) -> list[Array]:
-    """Return orbits interpolated at a value of the parameter, where contacts slip all the time.
-
-    Folds are among the points, so that the parameter does not turn between two of them.
-    """
-    if branch.kind != "periodic" or branch.durations is not None or len(branch) < 2:
-        return []
-    stuck = np.zeros(len(branch)) if branch.stuck_fraction is None else branch.stuck_fraction
-    shape = branch.nodes.shape[1:]
-    folds = [item for item in branch.special if item.type == "LP" and item.nodes.shape == shape]
-    arclength, order = np.unique(
-        np.append(branch.arclength, [item.arclength for item in folds]), return_index=True
+    none = np.empty(0)
+    guesses = tuple(
+        StableOrbit(value, branch.period, (1 - part) * before.nodes + part * after.nodes, none)
+        for value in values.tolist()
+        for _, before, after, part in passes(branch, value)
+        if before.nodes.shape == after.nodes.shape and not (before.sticking or after.sticking)
     )
-    parameter = np.append(branch.parameter, [item.value for item in folds])[order]
-    nodes = np.concatenate([branch.nodes, *(item.nodes[None] for item in folds)])[order]
-    slips = np.append(~(np.nan_to_num(stuck) > 0), np.ones(len(folds), dtype=bool))[order]
-    result = []
-    for first in np.flatnonzero(slips[:-1] & slips[1:]).tolist():
-        before, after = parameter[first : first + 2] - value
-        if before * after > 0 or (after == 0 and first + 2 < len(parameter)):
-            continue
-        start = max(min(first - 1, len(arclength) - 4), 0)
-        near = slice(start, start + 4)
-        along = np.linspace(arclength[first], arclength[first + 1], 65)
-        between = polynomial_weights(arclength[near], along) @ parameter[near] - value
-        between[[0, -1]] = before, after
-        place = int(np.flatnonzero(between[:-1] * between[1:] <= 0)[0])
-        low, high = between[place : place + 2]
-        target = along[place] + (along[1] - along[0]) * (-low / (high - low) if high != low else 0)
-        weights = polynomial_weights(arclength[near], target[None])[0]
-        result.append(np.tensordot(weights, nodes[near], 1))
-    return result
+    found = Prediction(branch.model, branch.vary, quantities, guesses).corrected(branch.model)
+    return [orbit for orbit in found if orbit is not None]
 
 
-def orbits_at(
+def _stable_near(
     model: Model,
     vary: str,
     period: int,
@@ -213,7 +183,7 @@ class Prediction:
 
     def moved(self, model: Model) -> Prediction | None:
         """Return the same orbits at other parameters; None if one is lost or not stable."""
-        result = [orbit for orbit in self._corrected(model) if orbit is not None]
+        result = [orbit for orbit in self.corrected(model) if orbit is not None]
         if len(result) < len(self.orbits):
             return None
         return replace(self, model=model, orbits=tuple(result))
@@ -221,10 +191,10 @@ class Prediction:
     def read_at(self, model: Model) -> Array:
         """Return the measured quantities of the same orbits at other parameters; NaN if lost."""
         lost = np.full(len(self.quantities), np.nan)
-        orbits = self._corrected(model)
+        orbits = self.corrected(model)
         return np.array([lost if orbit is None else orbit.predicted for orbit in orbits])
 
-    def _corrected(self, model: Model) -> list[StableOrbit | None]:
+    def corrected(self, model: Model) -> list[StableOrbit | None]:
         """Return the same orbits at other parameters, None where they are lost or not stable."""
         batches: dict[tuple[int, int], list[int]] = {}
         for row, orbit in enumerate(self.orbits):
@@ -234,7 +204,7 @@ class Prediction:
             guesses = np.array([self.orbits[row].nodes for row in rows])
             values = np.array([self.orbits[row].value for row in rows])
             try:
-                moved = orbits_at(model, self.vary, period, guesses, values, self.quantities)
+                moved = _stable_near(model, self.vary, period, guesses, values, self.quantities)
             except BREAKDOWNS:
                 continue
             for row, corrected in zip(rows, moved, strict=True):

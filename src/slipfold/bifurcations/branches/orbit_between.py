@@ -1,8 +1,11 @@
-"""Orbits of a branch between its points."""
+"""Orbits of a branch between its points, and at values of its parameter."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -35,24 +38,57 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     known = _known(branch)
     if not known:
         raise InputError(f"branch {branch.id} has 0 points, so there is no orbit on it")
-    s = np.array([position for position, _ in known])
+    s = np.array(list(known))
     nearest = int(np.abs(s - arclength).argmin())
     exact = abs(s[nearest] - arclength) <= AT_ORBIT * float(np.ptp(s))
-    outside = not s[0] < arclength < s[-1]
-    if exact or outside:
-        return _with_value(branch, known[nearest][1], value, NEAR)
+    if exact or not s[0] < arclength < s[-1]:
+        return _with_value(branch, known[s[nearest]](), value, NEAR)
     after = int(np.searchsorted(s, arclength))
-    apart = float(s[after] - s[after - 1])
-    fraction = float(arclength - s[after - 1]) / apart
-    orbit = _corrected(branch, known[after - 1][1], known[after][1], fraction)
+    ends, apart = s[after - 1 : after + 1], float(s[after] - s[after - 1])
+    before, behind = (known[end]() for end in ends)
+    orbit = _corrected(branch, before, behind, float(arclength - ends[0]) / apart)
     return _with_value(branch, orbit, value, max(NEAR, apart))
 
 
-def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
-    """Return points and special points with their arclengths, each arclength once."""
-    orbits = [(float(s), branch.orbit(i)) for i, s in enumerate(branch.arclength)]
-    orbits += [(point.arclength, point.orbit) for point in branch.special]
-    return sorted({s: (s, orbit) for s, orbit in orbits}.values(), key=lambda p: p[0])
+def passes(
+    branch: Branch, value: float
+) -> Iterator[tuple[float, PeriodicOrbit, PeriodicOrbit, float]]:
+    """Yield where a branch passes a value of its parameter, in order.
+
+    That is an arclength, the two nearest known orbits, folds among them, and the fraction of the
+    chord from one to the other; twice the same orbit where it has the value.
+    """
+    away = dict(zip(branch.arclength.tolist(), (branch.parameter - value).tolist(), strict=True))
+    away |= {point.arclength: point.value - value for point in branch.special}
+    known, folds = _known(branch), {item.arclength for item in branch.special if item.type == "LP"}
+    for before, after in pairwise([*known, *list(known)[-1:]]):
+        first, last = away[before], away[after]
+        if first == 0:
+            yield before, known[before](), known[before](), 0.0
+        elif first * last < 0:
+            fraction = first / (first - last)
+            if after in folds:  # the parameter is a parabola with its vertex there
+                fraction = 1 - (1 - fraction) ** 0.5
+            elif before in folds:
+                fraction **= 0.5
+            yield before + fraction * (after - before), known[before](), known[after](), fraction
+
+
+def orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
+    """Yield the orbits of a branch at a value of its parameter, as far as they are found."""
+    width = float(np.ptp(branch.parameter))
+    for arclength, *_ in passes(branch, value):
+        with suppress(InputError):
+            orbit = orbit_between(branch, arclength, value)
+            if abs(orbit.model.values[branch.vary] - value) <= AT_ORBIT * width:
+                yield orbit
+
+
+def _known(branch: Branch) -> dict[float, Callable[[], PeriodicOrbit]]:
+    """Return what makes the orbits of points and special points, in order of their arclengths."""
+    orbits = {float(s): partial(branch.orbit, i) for i, s in enumerate(branch.arclength)}
+    orbits |= {point.arclength: partial(getattr, point, "orbit") for point in branch.special}
+    return dict(sorted(orbits.items()))
 
 
 def _corrected(

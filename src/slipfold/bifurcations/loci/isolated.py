@@ -5,26 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
-from slipfold.arrays import Array, Indices
+from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.orbit_between import orbits_at
 from slipfold.bifurcations.branches.response import trace_response
-from slipfold.bifurcations.branches.stability import stability_intervals
 from slipfold.bifurcations.branches.start import Begin
 from slipfold.bifurcations.loci.fan import FanLine, extended
 from slipfold.bifurcations.loci.window import Plane
-from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.angles import distances
 from slipfold.models.model import Model
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
-from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.find import periodic_orbit
-from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 
@@ -41,21 +36,6 @@ class ISOLATED:
     near: float = 10.0  # distance from a known orbit, in such movements, at which it is that one
 
 
-def stable_rows(branch: Branch, value: float) -> Iterator[Indices]:
-    """Yield the rows of the stable segments of a branch that pass a value of the parameter.
-
-    Between two bifurcations its parameter is monotonic.
-    """
-    if not len(branch):
-        return
-    marks = [p.value for p in branch.special if p.type in BIFURCATION_TYPES]
-    values = [float(branch.parameter[0]), *marks, float(branch.parameter[-1])]
-    for interval, ends in zip(stability_intervals(branch), pairwise(values), strict=True):
-        if interval.stable and min(ends) <= value <= max(ends):
-            first, last = np.searchsorted(branch.arclength, [interval.begin, interval.end])
-            yield np.arange(first, min(last + 1, len(branch)))
-
-
 def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[Array]]:
     """Return the stable orbits of branches at a value of their parameter, by period.
 
@@ -63,11 +43,10 @@ def stable_orbits(branches: Sequence[Branch], value: float) -> dict[int, list[Ar
     """
     found: dict[int, list[Array]] = {}
     for branch in branches:
-        for rows in stable_rows(branch, value):
-            nodes = _orbit_on(branch, rows, value)
+        for orbit in orbits_at(branch, value):
             known = found.setdefault(branch.period, [])
-            if nodes is not None and not is_among(branch.model, nodes, branch.period, known):
-                known.append(nodes)
+            if orbit.stable and not is_among(branch.model, orbit.nodes, branch.period, known):
+                known.append(orbit.nodes)
     return {period: orbits for period, orbits in found.items() if orbits}
 
 
@@ -79,24 +58,6 @@ def is_among(model: Model, nodes: Array, period: int, known: Sequence[Array]) ->
     each, rest = divmod(len(nodes), period)
     starts = nodes[:1] if rest else nodes[::each]
     return any(distances(model, starts, other[0]).min() < ISOLATED.same for other in known)
-
-
-def _orbit_on(branch: Branch, rows: Indices, value: float) -> Array | None:
-    """Return the orbit at a value of the parameter, None if Newton's method does not find it.
-
-    Returns shape (m, n_states).
-    """
-    order = rows[np.argsort(np.abs(branch.parameter[rows] - value), kind="stable")]
-    width = float(np.ptp(branch.parameter)) or 1.0
-    orbits = ForcedOrbits(branch.model, {branch.vary: width}, branch.period, branch.nodes.shape[1])
-    for row in order[:2]:
-        guess = orbits.join(branch.nodes[row], value)
-        correction = correct(orbits, guess, hold_parameter(orbits.size), iterations=15)
-        if correction.converged and correction.linearization is not None:
-            multipliers = np.linalg.eigvals(correction.linearization.monodromy)
-            if np.abs(multipliers).max() < 1:
-                return orbits.nodes(correction.z)
-    return None
 
 
 PERIODS = (1, 2)
