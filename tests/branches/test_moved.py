@@ -118,6 +118,10 @@ def test_what_is_moved_is_no_start_and_lacks_few_orbits(monkeypatch):
     assert far[0].stopped.reason.endswith("the rest follows")
     monkeypatch.setattr(moving.MOVED, "dropped", 0.0)
     assert moved_branches(known, slider.replace(f=12.0), span) is None
+    # Of fewer than four orbits before the limit nothing is interpolated.
+    monkeypatch.setattr(moving.MOVED, "dropped", 1.0)
+    monkeypatch.setattr(moving._Line, "_until_limit", lambda line, z: 3)
+    assert moved_branches(known, slider.replace(f=12.28), span) is None
 
 
 def structure(branches):

@@ -184,13 +184,13 @@ class _Line:
         found.z[held, -1] = guesses[held, -1]
         count = int(np.argmin(found.found)) if not found.found.all() else len(guesses)
         chosen = _forward(found, count, branch.first)
-        if len(chosen) < 4 or not _is_coherent(found.z[chosen], guesses):
+        if not _is_coherent(found.z[chosen], guesses):
             return False
         if ends == "span" and count < len(guesses):
             return False
         if ends != "span":
             chosen = chosen[: self._until_limit(found.z[chosen])]
-        if len(chosen) < (1 - MOVED.dropped) * len(guesses):
+        if len(chosen) < max(4, (1 - MOVED.dropped) * len(guesses)):
             return False
         exact = self._settled(found.z[chosen], rows[chosen])
         for _ in range(ZERO.depth):
