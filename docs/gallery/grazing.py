@@ -53,9 +53,8 @@ print(early.leads_to, late.leads_to)
 table = Comparison()
 source = "di Bernardo, Kowalczyk and Nordmark 2003"
 table.add("slip of period 4 reaches zero: W", turn * late.value, "1.7077997", source)
-exact = "their end on the other branch"
-table.add("period 4 begins: f", double.started.values[0], early.value, exact, within=1e-9)
-table.add("period 8 begins: f", fourfold.started.values[0], late.value, exact, within=1e-9)
+end = "where the branch of period 4 begins"
+table.add("period 8 closes: f", fourfold.stopped.value, early.value, end, within=1e-9)
 
 state = double.orbit(int(np.abs(double.parameter - late.value).argmin())).state
 for frequency in (1.7079, 1.7077):

@@ -79,19 +79,20 @@ def test_an_isola_is_found_once_where_the_search_starts_at_its_folds():
 def test_cycles_that_a_doubled_branch_closes_on_are_followed(monkeypatch):
     close, where_it_began = response.close_on_parent, list[str]()
 
-    def closed(orbits, children, first, *meeting):
+    def closed(orbits, children, first, *meeting, several):
         stop = close(orbits, children, first, *meeting)
-        if stop.reached:
-            again = close(orbits, children, stop.reached, *meeting)
-            where_it_began.append(again.end.kind)
+        (reached,) = [child for child in children if child is not first] or [stop.reached]
+        where_it_began.append(close(orbits, [reached], reached, *meeting).end.kind)
         return stop
 
     monkeypatch.setattr(response, "close_on_parent", closed)
     diagram = sf.response(sf.System(DOUBLING), vary="p", span=(-0.6, 0.6), also=[{"p": 0.0}])
-    *_, isola, doubled = diagram.branches
-    expected = [("PD", 0.1875**0.5), ("LP", 0.5), ("LP", -0.5), ("PD", -(0.1875**0.5))]
+    *_, doubled, isola = diagram.branches
+    expected = [("PD", -(0.1875**0.5)), ("PD", 0.1875**0.5), ("LP", 0.5), ("LP", -0.5)]
     assert [(item.type, pytest.approx(item.value)) for item in isola.special] == expected
+    assert [item.leads_to for item in isola.special[:2]] == [doubled.id] * 2
     assert {isola.stopped.kind, doubled.stopped.kind} == {"closed"}
+    assert sorted(end.value for end in doubled.ends) == pytest.approx([-(0.1875**0.5), 0.1875**0.5])
     assert set(where_it_began) == {"failed"}
 
 
@@ -104,6 +105,8 @@ def test_a_cycle_that_settled_closes_on_the_doubling_it_does_not_know():
     (branch,) = sf.response(system, "a", (0.61, 0.7), settled=True, settings=settings).branches
     assert "the period doubling of a cycle of half its duration" in branch.stopped.reason
     assert branch.stopped.value == pytest.approx(doubling.value, abs=2e-8)
+    doubled, parent = sf.response(system, "a", (0.61, 0.7), settled=True).branches
+    assert [(item.type, item.leads_to) for item in parent.special] == [("PD", doubled.id)]
 
 
 def test_equilibria_that_cycles_shrink_to_are_followed_and_the_cycles_once():
@@ -114,8 +117,9 @@ def test_equilibria_that_cycles_shrink_to_are_followed_and_the_cycles_once():
     }
     system = sf.System(parameters={"p": 0}, formulas={"h": "z - 2.5 - x^2 - y^2"}, states=isola)
     diagram = sf.response(system, vary="p", span=(-2, 2), also=[{"p": 0.0}])
-    equilibria, cycles = diagram.branches
-    assert [item.type for item in equilibria.special].count("HB") == 2
+    cycles, equilibria = diagram.branches
+    leads = [(item.type, item.leads_to) for item in equilibria.special]
+    assert leads.count(("HB", cycles.id)) == 2
     assert {equilibria.stopped.kind, cycles.stopped.kind} == {"closed"}
     assert cycles.stopped.value == pytest.approx(-cycles.started.value)
 

@@ -150,16 +150,20 @@ def test_doubled_orbits_begin_where_a_branch_grazes() -> None:
     # Multipliers jump there across -1 on one side only: doubled orbits begin, none of them stable.
     assert (early.leads_to, first.special[-1].type, first.special[-1].leads_to) == (2, "PD", 2)
     for child, point in ((second, early), (third, late)):
-        assert child.started.kind == "closed"
-        assert child.started.values[0] == pytest.approx(point.value, rel=1e-9)
+        assert child.started.reason.startswith("emanates at")
+        assert child.parameter[0] == pytest.approx(point.value, rel=1e-9)
         assert np.abs(child.multipliers[:3]).max(axis=1).min() > 1
+    # The branch of period 8 closes on the other end of that of period 4.
+    assert third.stopped.kind == "closed"
+    assert third.stopped.value == pytest.approx(early.value, rel=1e-9)
 
 
-def test_doubled_orbits_that_begin_beyond_the_span_are_not_followed() -> None:
-    # The first orbit of period 8 is sought 3e-3 of the span from the grazing, which is 2e-4 inside.
+def test_doubled_orbits_that_begin_beside_the_end_of_the_span_end_there() -> None:
+    # A first step of 3e-3 of the span leads beyond its end, which is 2e-4 from the grazing.
     diagram = doubled_from(1.707795)
-    assert [branch.period for branch in diagram.branches] == [2, 4]
+    assert [branch.period for branch in diagram.branches] == [2, 4, 8]
     assert [point.type for point in diagram.branches[1].special] == ["GRAZE"]
+    assert [end.kind for end in diagram.branches[2].ends] == ["bifurcation", "span"]
 
 
 def test_a_doubled_branch_turns_back_where_it_grazes() -> None:

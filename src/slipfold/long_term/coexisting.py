@@ -12,7 +12,6 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.closed_branches import CLOSING
 from slipfold.bifurcations.branches.gaps import BranchSearch, gaps_between
 from slipfold.bifurcations.branches.orbit_between import orbits_at
 from slipfold.bifurcations.branches.start import Begin
@@ -71,7 +70,7 @@ class Further:
         try:
             start = begin()
             if not _is_known(start, self.branches):
-                new = _from_parents(self._follow, start)
+                new = self._follow(begin=start)
                 kept = [item for item in self._added if not _is_known(item[0], new)]
                 self._added = [*kept, (start, new)]
                 self.interrupted = any(branch.interrupted for branch in new)
@@ -210,41 +209,6 @@ def _begin(model: Model, value: float, item: Attractor) -> Begin:
         return Begin(value, state=item.state)
     period = item.period or 1
     return Begin(value, periodic_orbit(model, period, item.state, duration=item.duration))
-
-
-def _from_parents(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
-    """Follow branches from a start, or from what emits its branch, where that closes there."""
-    branches = follow(begin=begin)
-    for row, end in zip((0, -1), branches[0].ends if branches else (), strict=False):
-        parent = _parent(branches[0], row) if end.kind == "closed" else None
-        more = () if parent is None else _from_parents(follow, parent)
-        if _is_known(begin, more):
-            return more
-    return branches
-
-
-def _parent(branch: Branch, row: int) -> Begin | None:
-    """Return the equilibrium that an orbit shrank to, or the orbit that it repeats twice."""
-    orbit, value = branch.orbit(row), float(branch.parameter[row])
-    forced, half = orbit.model.forced, len(orbit.nodes) // 2
-    apart = distances(orbit.model, np.roll(orbit.nodes, half, axis=0), orbit.nodes)
-    if not 0 < apart.max() < CLOSING.near_origin:
-        return None
-    if (
-        not forced
-        and np.ptp(orbit.nodes / orbit.model.state_scales(), axis=0).max() < CLOSING.small
-    ):
-        return Begin(value, state=orbit.nodes.mean(axis=0))
-    try:
-        if not forced:
-            again = periodic_orbit(orbit.model, state=orbit.state, duration=orbit.duration / 2)
-        elif orbit.period % 2 == 0:
-            again = periodic_orbit(orbit.model, orbit.period // 2, orbit.state)
-        else:
-            return None
-    except InputError:
-        return None
-    return Begin(value, again)
 
 
 def _numbered(branches: Sequence[Branch], before: int) -> tuple[Branch, ...]:

@@ -108,6 +108,11 @@ class OrbitCurve(Curve[OrbitPoint]):
     orbits: Orbits
     """What the orbits are, and what an unknown means."""
 
+    @property
+    def sort(self) -> tuple[Hashable, ...]:
+        """Kind, and period if it is known: only curves that agree in them may be one."""
+        return self.orbits.kind, 0 if self.orbits.free_phase else self.orbits.period
+
     @abstractmethod
     def linearize(self, z: Array) -> Linearization:
         """Return the defect with its derivatives."""
@@ -536,10 +541,6 @@ class Orbits(OrbitCurve):
         near, own = self.nodes(reference) / self.scales, self.nodes(z) / self.scales
         gap = wrap_angles(own - near, self.by.angle_periods)
         return self.join((near + gap) * self.scales, self.free_values(z))
-
-    def is_like(self, other: Orbits) -> bool:
-        """Whether others may be the same orbits: of one kind and period."""
-        return (self.kind, self.period) == (other.kind, other.period)
 
     def in_phase(self, z: Array, like: Array) -> Array:
         """Return the same orbit started where it lies nearest to another."""

@@ -235,21 +235,25 @@ def close_on_parent(
     first: OrbitPoint,
     last: OrbitPoint,
     meeting: Array,
+    several: bool = False,
 ) -> Stop[OrbitPoint]:
     """Return the end of a branch that meets its copy: where another is known to begin, if any.
 
-    `children` are the first points of those. One branch alone leaves such a point, so that it
-    cannot come back to where it began.
+    `children` are the first points of those. Unless `several` branches leave its first point, it
+    cannot come back there.
     """
     alike = {
         child: orbits.adopt(child.curve, child.z)
         for child in children
-        if child.curve.is_like(orbits)
+        if (child.curve.kind, child.curve.period) == (orbits.kind, orbits.period)
     }
     gaps = {child: orbits.distance(z, meeting) for child, z in alike.items()}
     child = min(gaps, key=gaps.__getitem__, default=None)
     if child is not None and not gaps[child] < CLOSING.near_origin:
         child = None
+    elif child and first in alike and not several:
+        same = orbits.distance(alike[first], alike[child]) < SAME_ORBIT
+        child = first if same else child  # it may have been found on another branch as well
     value = orbits.value(meeting if child is None else alike[child])
     where = _place_of_meeting(orbits, meeting)
     if child is first:
@@ -261,22 +265,38 @@ def close_on_parent(
     reason = f"the branch closed on {where} at {orbits.vary} = {value:.9g}"
     end = End("closed", reason, (value,))
     if child is None:
-        return Stop(last, end)
+        return Stop(last, end, reached=replace(last, z=meeting))
     z = orbits.in_phase(alike[child], last.z)
     at = last.arclength + float(np.linalg.norm(z - last.z))
     beyond = orbits.derived_point(z, last.tangent, at, child.monodromy, child.residual)
-    return Stop(last, end, beyond, child)
+    return Stop(last, end, beyond)
 
 
 def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
     if orbits.period % 2 == 0:
         return "its parent's period doubling"
-    states = orbits.evenly(meeting) / orbits.scales
-    still = (
-        float(np.linalg.norm(states - states.mean(axis=0)))
-        < CLOSING.near_origin * len(states) ** 0.5
-    )
-    return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
+    doubling = "the period doubling of a cycle of half its duration"
+    return "a Hopf point" if rests_at(orbits, meeting) else doubling
+
+
+def rests_at(orbits: Orbits, z: Array) -> bool:
+    """Whether a cycle is hardly more than an equilibrium."""
+    states = orbits.evenly(z) / orbits.scales
+    apart = float(np.linalg.norm(states - states.mean(axis=0)))
+    return orbits.free_phase and apart < CLOSING.near_origin * len(states) ** 0.5
+
+
+def half_orbit(orbits: Orbits, z: Array) -> tuple[Orbits, Array]:
+    """Return the orbit of half the period that is nearest to one whose halves hardly differ."""
+    half, free, start = orbits, orbits.free_values(z), orbits.by.start / 2
+    if orbits.period % 2 == 0:
+        half = orbits.with_period(orbits.period // 2)
+        start = half.by.start
+    else:  # a cycle, of half the duration
+        free[0] /= 2
+    rounds = np.concatenate([start, start + orbits.period / 2])
+    states = orbits.by.states(orbits.nodes(z), orbits.constants(z), rounds)
+    return half, half.join(states.reshape(2, len(start), -1).mean(axis=0), free)
 
 
 def closes_at_change(traced: TracedCurve[OrbitPoint]) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import product
 
 import numpy as np
 
@@ -28,10 +28,15 @@ from slipfold.bifurcations.branches.closed_branches import (
 from slipfold.bifurcations.branches.ends import BranchEndings
 from slipfold.bifurcations.branches.events import Happened, check_events, events_on
 from slipfold.bifurcations.branches.homoclinic import nears_homoclinic, stop_near_homoclinic
+from slipfold.bifurcations.branches.known_curves import (
+    begins_or_ends_at,
+    lies_on,
+    passing,
+)
 from slipfold.bifurcations.branches.make_branch import assemble, describe_in_turn
 from slipfold.bifurcations.branches.progress import branch_progress, searching
 from slipfold.bifurcations.branches.settings import Event, Settings
-from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over
+from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over, parent_start
 from slipfold.bifurcations.branches.stops import (
     stop_at_limit,
     stop_in_family,
@@ -40,9 +45,9 @@ from slipfold.bifurcations.branches.stops import (
 )
 from slipfold.bifurcations.branches.switching import (
     Junction,
-    closes_beside,
     find_meeting,
     junctions_on,
+    rank_of,
     run_together,
 )
 from slipfold.bifurcations.branches.switching_boundaries import end_of_piece
@@ -53,6 +58,7 @@ from slipfold.continuation.locate import ZERO
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure, first_point
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
@@ -168,9 +174,8 @@ class BranchTree(CurveSet[OrbitPoint]):
             partial(stop_unresolved, neared=partial(nears_homoclinic, orbits)),
         ]
         if has_image(orbits):
-            ends = (item for item in self._junctions if item.departs and not _crosses(item))
-            children = [item.points[0] for item in ends]
-            stop = partial(close_on_parent, orbits, children, first)
+            children = [item.points[0] for item in self._junctions if not _crosses(item)]
+            stop = partial(close_on_parent, orbits, children, first, several=several)
             monitors.append(partial(meets_image, stop=stop))
         if several or not departs:  # a simple branch point at which it starts is found again
             monitors.append(Returns(orbits, CLOSED, singular=several))
@@ -184,11 +189,10 @@ class BranchTree(CurveSet[OrbitPoint]):
         return [*monitors, stop_in_family]
 
     def children(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
-        """Return the new junctions of a branch; one that was met before links two branches."""
-        for item in self._junctions:
-            reaches = any(item.points[0] is reached for reached in followed.traced.reached)
-            if reaches or closes_beside(followed, item):
-                self.lead(item.found, followed.number)
+        """Return the new junctions of a branch, and the orbits that it closed on.
+
+        A junction that was met before links two branches.
+        """
         known = sum(
             found.type == "PD"
             for other in self.curves
@@ -205,25 +209,33 @@ class BranchTree(CurveSet[OrbitPoint]):
                 self.lead(junction.found, other.parent)
                 self.lead(other.found, followed.number)
                 self._met.add(junction.found)
-        new = [item for item in new if item not in copies and self._is_inside(item)]
-        for item, curve in product(new, self.curves):
-            if closes_beside(curve, item):
-                self.lead(item.found, curve.number)
+        new = [item for item in new if item not in copies]
         self._junctions += new
-        return new
+        return [*new, *self._parents(followed)]
 
-    def _is_inside(self, junction: Junction) -> bool:
-        """Whether a branch begins inside the span: one beside a change of contacts may not."""
-        first = junction.points[0]
-        value, (low, high) = first.curve.orbits.value(first.z), sorted(self.span)
-        return junction.departs or low <= value <= high
+    def _parents(self, followed: FollowedCurve[OrbitPoint]) -> Iterator[Start[OrbitPoint]]:
+        """Yield the orbits at which a branch ended without one that is known to begin there.
+
+        Not where what begins there would not be followed either.
+        """
+        for end in followed.traced.reached:
+            with suppress(*BREAKDOWNS, InputError):
+                orbits, point = parent_start(end.curve.orbits, end.z)
+                rests = orbits.kind == "equilibrium"
+                if rests or 2 * orbits.period <= self.settings.largest_period:
+                    yield Start(orbits, _ways(orbits, point, self.span), rank_of(orbits))
 
     def known(self, start: Start[OrbitPoint]) -> int | None:
-        """Return the branch that a junction is known to lead to."""
+        """Return the branch that a start is known to lead to, or lies on."""
         if isinstance(start, Junction) and start.several and start.found not in self._met:
             return None
         numbers = self.leads.get(start.found) if start.found is not None else None
-        return numbers[-1] if numbers else None
+        if numbers:
+            return numbers[-1]
+        if isinstance(start, Junction) and _crosses(start):
+            return None
+        meets = begins_or_ends_at if start.departs else lies_on
+        return passing(self.curves, start.curve, start.points[0].z, meets)
 
     def assembled(self, started: End) -> tuple[Branch, ...]:
         """Return all that was followed as data."""
@@ -290,7 +302,9 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings, near: flo
     def reached(step: float) -> OrbitPoint | None:
         """Return the orbit at this distance, None if a bifurcation may lie before it."""
         first = first_point(orbits, start, step, settings)
-        if isinstance(first, Failure) or not 0 <= first.unstable - beyond <= critical:
+        if isinstance(first, Failure) or first.piece != start.piece:
+            return None
+        if not 0 <= first.unstable - beyond <= critical:
             return None
         passes = critical == 1 and abs(first.z[-1] - start.z[-1]) > near / 2
         return None if passes else first

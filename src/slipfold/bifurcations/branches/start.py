@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.bifurcations.branches.closed_branches import half_orbit, rests_at
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.continuation.end import End
 from slipfold.continuation.newton import Correction, correct
@@ -227,6 +228,22 @@ def equilibrium_start(
             f"branch point; {model.advice or 'start the span near it'}"
         )
     return orbits, _first_point(orbits, correction, first)
+
+
+def parent_start(orbits: Orbits, z: Array) -> tuple[Orbits, OrbitPoint]:
+    """Return the equilibrium or the orbit of half the period on which a branch closes at an orbit.
+
+    It is regular there: what begins is of another kind, or of twice the period.
+    """
+    value = orbits.value(z)
+    if rests_at(orbits, z):
+        model, near = orbits.model.replace(**{orbits.vary: value}), orbits.evenly(z).mean(axis=0)
+        return equilibrium_start(model, orbits.vary, value, value + orbits.width, near)
+    half, z = half_orbit(orbits, z)
+    correction = correct(half, z, hold_parameter(len(z) - 1))
+    if not correction.converged:
+        raise InputError(correction.failure)
+    return half, _first_point(half, correction, value)
 
 
 def _equilibrated(matrix: Array) -> Array:

@@ -35,6 +35,11 @@ class Junction(Start[OrbitPoint]):
     several: bool = False  # whether other branches begin there as well, as by a symmetry
 
 
+def rank_of(curve: Orbits) -> tuple[int, int]:
+    """Return the priority of a branch: equilibria come before cycles, shorter periods earlier."""
+    return int(curve.kind != "equilibrium"), curve.period
+
+
 def junctions_on(
     followed: FollowedCurve[OrbitPoint], settings: Settings, known: int = 0
 ) -> list[Junction]:
@@ -70,11 +75,9 @@ def junctions_on(
             curve = start.curve
             # At a branch point the other branch continues in both directions.
             several = isinstance(found, SeveralCritical) or len(children) > 1
-            beside = found.type in CONTACT_TYPES  # an orbit of the branch itself
             crosses = found.type == "BP" and not several
-            both = (start, curve.turned(start)) if crosses or beside else (start,)
-            rank = (int(curve.kind != "equilibrium"), curve.period)
-            common = curve, both, rank, not beside, followed.number, found
+            both = (start, curve.turned(start)) if crosses else (start,)
+            common = curve, both, rank_of(curve), True, followed.number, found
             junctions.append(Junction(*common, several=several))
     if about and traced.end is not None:
         reason = (
@@ -129,7 +132,7 @@ def emanating_branches(
 def doubled_at_change(
     traced: TracedCurve[OrbitPoint], found: Found, largest: float
 ) -> list[OrbitPoint]:
-    """Return an orbit of the doubled branch that begins where contacts change, if one does.
+    """Return the orbit whose contacts change, passed twice, if doubled orbits begin there.
 
     The return map is continuous there, with other derivatives A and B on either side. Orbits that
     pass the change in every second period begin there if A and B together have an odd number of
@@ -148,29 +151,18 @@ def doubled_at_change(
     if sum(flips) % 2 == 0:
         return []
     orbits = sides[0].curve
+    z, _ = orbits.moved(found.point)
     child = orbits.with_period(2 * orbits.period)
     first, second = (orbits.linearize(side.z) for side in sides)
     blocks = second.blocks @ first.blocks
     twice = replace(first, blocks=blocks, along=second.blocks @ first.along + second.along)
     along = np.linalg.svd(twice.jacobian)[2][-1]
-    for row in (along, -along):
-        doubled = child.nearest(sides[0].z + STEP.emanating * row, row)
+    for row in (along, -along):  # along one of them the first period is that before the change
+        doubled = child.nearest(z + STEP.emanating * row, row)
         if doubled is not None and not halves_pass_alike(doubled):
-            return [doubled]
+            start = child.derived_point(z, row, 0.0, twice.monodromy, sides[0].residual)
+            return [replace(start, piece=doubled.piece)]
     return []
-
-
-def closes_beside(followed: FollowedCurve[OrbitPoint], junction: Junction) -> bool:
-    """Whether a branch ends at the change of contacts at which a junction begins."""
-    if junction.found is None or junction.found.type not in CONTACT_TYPES:
-        return False
-    first, points = junction.points[0], followed.traced.points
-    for end, last in ((followed.started, points[0]), (followed.traced.end, points[-1])):
-        if end is not None and end.kind == "closed" and last.curve.is_like(first.curve):
-            z = first.curve.adopt(last.curve, last.z)
-            if first.curve.distance(first.z, z) < 2 * STEP.emanating:
-                return True
-    return False
 
 
 def _sides_of(
@@ -396,7 +388,7 @@ def _are_one(junction: Junction, other: Junction) -> bool:
         return False
     point, known = junction.found.point, other.found.point
     orbits, their = point.curve, known.curve
-    if not orbits.is_like(their):
+    if (orbits.kind, orbits.period) != (their.kind, their.period):
         return False
     if abs(orbits.value(point.z) - their.value(known.z)) >= BIFURCATION.same_value * orbits.width:
         return False

@@ -134,7 +134,7 @@ def end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint
     that begin and end within the step are looked for on the way there.
     """
     smooth = interval.point.curve.orbits.by.smooth
-    return MonitorResult() if smooth else with_passed(interval, _end_of_piece)
+    return MonitorResult() if smooth or interval.leaves else with_passed(interval, _end_of_piece)
 
 
 def _end_of_piece(interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -12,6 +12,7 @@ from slipfold.bifurcations.branches.closed_branches import Returns, has_image, s
 from slipfold.bifurcations.branches.ends import failure_reason
 from slipfold.bifurcations.branches.events import Happened, check_events, events_on
 from slipfold.bifurcations.branches.homoclinic import locus_nears
+from slipfold.bifurcations.branches.known_curves import begins_or_ends_at, lies_on, passing
 from slipfold.bifurcations.branches.settings import Event, Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.branches.stops import stop_at_limit, stop_standing, stop_unresolved
@@ -20,9 +21,7 @@ from slipfold.bifurcations.loci.locus import Locus, locus_title
 from slipfold.bifurcations.loci.locus_equations import (
     LOCUS,
     LocusEquations,
-    begins_or_ends_at,
     equations_of,
-    lies_on,
     mirrors,
 )
 from slipfold.bifurcations.loci.make_locus import as_loci, pair_of, plane_of
@@ -56,10 +55,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import EXTREMUM_TYPES, FOLLOWED_TYPES, LOCUS_TYPES
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
-from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.shooting import Shooting
-from slipfold.orbits.switched_shooting import SwitchedShooting
+from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.progress import Observer
 
 UNFORCED = 1e-6
@@ -211,7 +207,8 @@ def follow_found(
         raise refusals[0][-1]
     with work.kept_if_interrupted():
         for point, curve, z, refusal in refusals:
-            if work.passing(curve, z) is None:  # nor does a locus that was followed later
+            # Nor does a locus that was followed later
+            if passing(work.curves, curve, z, lies_on) is None:
                 alone = _without_locus(point, plane.names, refusal)
                 remarks.append(SEVERAL if point.several else alone)
     return as_loci(work.curves, work.leads, work.report_described)
@@ -231,7 +228,7 @@ def _take_up(
     if curve.condition == "BP" and crossing_gap(curve.orbits, z) > LOCUS.vanishes:
         remarks.append(_isolated(curve, z))
         curve = LocusEquations(curve.orbits, "LP")
-    if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:
+    if all(passing(work.curves, curve, z, meets) is None for meets in (lies_on, mirrors)):
         start = work.start(curve, z, point)
         if isinstance(start, InputError):
             refusals.append((point, curve, z, start))
@@ -366,31 +363,11 @@ class _Loci(CurveSet[OrbitPoint]):
         assert isinstance(start, LocusStart)
         at = start.beside or (start.points[0].z,)
         meets = begins_or_ends_at if start.doubled else lies_on
-        numbers = (self.passing(start.curve, z, meets) for z in at)
+        numbers = (passing(self.curves, start.curve, z, meets) for z in at)
         number = next((number for number in numbers if number is not None), None)
         if number is not None and start.doubled:
             self._place_end(self.curves[number - 1], start)
         return number
-
-    def passing(
-        self,
-        curve: LocusEquations,
-        z: Array,
-        meets: Callable[[Sequence[OrbitPoint], Orbits, Array], bool] = lies_on,
-    ) -> int | None:
-        """Return the number of the locus that an orbit meets, if it was followed already.
-
-        Between its points a locus is computed, but where two of a type cross it is singular.
-        """
-        for followed in self.curves:
-            own = followed.traced.curve
-            if _sort(own) != _sort(curve):
-                continue
-            given = _in_period(own.orbits.period, curve.orbits, z)
-            located = [[item.point] for item in followed.traced.found if meets is lies_on]
-            if any(meets(points, *given) for points in (followed.traced.points, *located)):
-                return followed.number
-        return None
 
     def _place_end(self, followed: FollowedCurve[OrbitPoint], start: Start[OrbitPoint]) -> None:
         """Set the exact end of a locus that ends on its parent."""
@@ -431,25 +408,6 @@ def title_of(curve: LocusEquations) -> str:
     orbits = curve.orbits
     forced = orbits.model.forced
     return locus_title(curve.condition, orbits.period, orbits.kind, forced, curve.quantity)
-
-
-def _sort(curve: LocusEquations) -> tuple[str, str, int, str]:
-    """Type, quantity, period if it is known, and kind: only loci that agree in them may be one."""
-    orbits = curve.orbits
-    period = 0 if orbits.free_phase else orbits.period
-    return curve.condition, curve.quantity, period, orbits.kind
-
-
-def _in_period(period: int, orbits: Orbits, z: Array) -> tuple[Orbits, Array]:
-    """Return a cycle as one of another period: one that settled after it had doubled has 1."""
-    if period == orbits.period:
-        return orbits, z
-    smooth, model = orbits.by.smooth, orbits.model_at(z)
-    model = model.replace(duration=model.values["duration"] * orbits.period / period)
-    nodes = orbits.evenly(z) if smooth else orbits.nodes(z)
-    by = Shooting if smooth else SwitchedShooting
-    same = orbits_of(orbits.model, orbits.varied, period, len(nodes), by=by)
-    return same, same.unknown(nodes, model)
 
 
 def _isolated(curve: LocusEquations, z: Array) -> str:

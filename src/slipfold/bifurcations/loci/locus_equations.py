@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from itertools import groupby, pairwise
+from collections.abc import Hashable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from slipfold.arrays import Array, Complex
 from slipfold.bifurcations.branches.closed_branches import asymmetry, has_image
+from slipfold.bifurcations.branches.known_curves import KNOWN, runs
 from slipfold.bifurcations.branches.special_point import SpecialPoint
-from slipfold.continuation.interpolation import arc_between, hermite
+from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import LostCurveError, point_at
-from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, EXTREMUM_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
@@ -24,7 +23,7 @@ from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.measures import Extremal
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.normal_forms.maps import FORMS
-from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.test_functions import (
     PRODUCTS,
     Degeneracy,
@@ -45,10 +44,7 @@ class LOCUS:
     # Component of a tangent that is rounding: the locus is parallel to an axis
     no_slope: float = 1e-12
     pole: float = 1e-9  # product of test functions at which a coefficient with a pole has no digits
-    near: float = 0.02  # distance from the interpolated locus at which the locus itself is examined
-    same: float = 1e-4  # two critical orbits this close are one: of loci directions differ by more
     same_values: float = 1e-7  # parameters, in windows, at which orbits may be symmetric images
-    samples: int = 16  # arclengths between neighboring points that are examined first
     vanishes: float = 1e-6  # test function of order one that is zero where another one was located
     # Tangent along a parameter of a locus that is parallel to the other axis
     parallel: float = 1e-9
@@ -89,6 +85,11 @@ class LocusEquations(Critical):
         super().__init__(orbits, condition)
         self.forms = forms_of(orbits)
         self._resting = orbits.kind == "equilibrium"
+
+    @property
+    def sort(self) -> tuple[Hashable, ...]:
+        """Type and quantity, too, are those of curves that may be one."""
+        return self.condition, self.quantity, *super().sort
 
     @property
     def is_spectral(self) -> bool:
@@ -303,15 +304,6 @@ def _pair_product(values: Complex, size: float) -> float:
     return float((1 - PRODUCTS["NS"](values)).prod().real / size ** (n - 1))
 
 
-def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
-    """Whether an orbit, an unknown of some orbits, is one of a locus, or a later phase of one."""
-    return any(
-        _meets(curve, run, copy)
-        for curve, run in _runs(points)
-        for copy in _copies(curve.orbits, curve.orbits.adopt(orbits, z))
-    )
-
-
 def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
     """Whether an orbit is the symmetric image of one on a locus, with all that lie beside it.
 
@@ -323,12 +315,12 @@ def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
         along = np.linalg.svd(equations.linearize(z).jacobian)[2][-1, -2:]
     except BREAKDOWNS:  # an orbit that cannot be integrated is compared with none
         return False
-    for curve, run in _runs(points):
+    for curve, run in runs(points):
         target = curve.orbits.adopt(orbits, z)[-2:]
         for a, b in pairwise(run):
             length = float(np.linalg.norm(b.z[-2:] - a.z[-2:]))
             gap = min(float(np.linalg.norm(item.z[-2:] - target)) for item in (a, b))
-            if gap >= length + LOCUS.near:
+            if gap >= length + KNOWN.near:
                 continue
             point = _beside(curve, a, b, target)
             if point is not None and _same_spectrum(point, values) and _parallel(point, along):
@@ -336,14 +328,12 @@ def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
     return False
 
 
-def _beside(
-    curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, target: Array
-) -> OrbitPoint | None:
+def _beside(curve: OrbitCurve, a: OrbitPoint, b: OrbitPoint, target: Array) -> OrbitPoint | None:
     """Return the point of a locus at a place in the plane; None if there is none.
 
     Shapes: target (2,).
     """
-    grid = np.linspace(a.arclength, b.arclength, LOCUS.samples + 1)
+    grid = np.linspace(a.arclength, b.arclength, KNOWN.samples + 1)
     gaps = [float(np.linalg.norm(hermite([a, b], s)[0][-2:] - target)) for s in grid]
     s = float(grid[int(np.argmin(gaps))])
     try:
@@ -369,7 +359,7 @@ def _parallel(point: OrbitPoint, along: Array) -> bool:
     """Whether a locus leads in a direction of the plane. Shapes: along (2,)."""
     own = point.tangent[-2:]
     sine = own[0] * along[1] - own[1] * along[0]
-    return bool(abs(sine) < LOCUS.same * np.linalg.norm(own) * np.linalg.norm(along))
+    return bool(abs(sine) < KNOWN.same * np.linalg.norm(own) * np.linalg.norm(along))
 
 
 def _same_spectrum(point: OrbitPoint, values: Complex) -> bool:
@@ -377,78 +367,4 @@ def _same_spectrum(point: OrbitPoint, values: Complex) -> bool:
     if len(own) != len(values):
         return False
     apart = np.abs(own[:, None] - values) / np.maximum(1.0, np.abs(values))
-    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < LOCUS.same)
-
-
-def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
-    """Whether a locus of doubled orbits begins or ends where these have no amplitude.
-
-    It ends a short step before, by about as much as the halves of its last orbit differ.
-    """
-    for point in (points[0], points[-1]):
-        own = point.curve.orbits
-        gap = float(np.linalg.norm(point.z - own.started_near(own.adopt(orbits, z), point.z)))
-        apart = float(np.linalg.norm(asymmetry(own, point.z)))
-        if gap < LOCUS.same + 2 * apart < LOCUS.near:
-            return True
-    return False
-
-
-def _runs(points: Sequence[OrbitPoint]) -> Iterator[tuple[LocusEquations, list[OrbitPoint]]]:
-    """Points whose unknowns mean the same, each run with the first point of the next one.
-
-    That point was found by the same equations: those of the next run may not hold so far back.
-    """
-    for curve, run in groupby(points, lambda point: point.curve):
-        own = list(run)
-        after = points.index(own[-1]) + 1
-        again = curve.converted(points[after]) if after < len(points) else None
-        if again is not None:
-            place = own[-1].arclength + arc_between(own[-1], again)
-            own.append(replace(again, arclength=place))
-        yield curve, own
-
-
-def _copies(orbits: Orbits, z: Array) -> Iterator[Array]:
-    """The same orbit started in each forcing period, as far as its nodes allow."""
-    if not orbits.model.forced:  # it is aligned with what it is compared with
-        yield z
-        return
-    nodes = z[: orbits.size].reshape(orbits.segments, -1)
-    each, rest = divmod(orbits.segments, orbits.period)
-    for turn in range(orbits.period if rest == 0 else 1):
-        moved = np.roll(nodes, -turn * each, axis=0).ravel()
-        yield np.concatenate([moved, z[orbits.size :]])
-
-
-def _meets(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
-    where = np.array([point.z for point in points])
-    size = curve.orbits.size
-    tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
-    z = curve.orbits.started_near(z, where[tails.argmin()])
-    ends = np.linalg.norm(where - z, axis=1)
-    if ends.min() < LOCUS.same:
-        return True
-    lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
-    # Between two points the locus stays within a length of them.
-    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + LOCUS.near).tolist()
-    return any(_meets_between(curve, points[i], points[i + 1], z) for i in near)
-
-
-def _meets_between(curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
-    grid = np.linspace(a.arclength, b.arclength, LOCUS.samples + 1)
-    distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
-    spacing = float(grid[1] - grid[0])
-    nearest = int(np.argmin(distances))
-    if distances[nearest] > spacing + LOCUS.near:
-        return False
-    place = float(grid[nearest])
-    for _ in range(4):  # to where z lies abeam
-        guess, row = hermite([a, b], place)
-        place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
-    guess, row = hermite([a, b], place)
-    correction = correct(curve, guess, row, reach=2 * LOCUS.near)
-    if not correction.converged:
-        return False
-    gap = curve.orbits.started_near(z, correction.z) - correction.z
-    return bool(np.linalg.norm(gap - (gap @ row) * row) < LOCUS.same + (gap @ row) ** 2)
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < KNOWN.same)

@@ -10,7 +10,12 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.bifurcations.branches.closed_branches import asymmetry, meets_image
+from slipfold.bifurcations.branches.closed_branches import (
+    asymmetry,
+    half_orbit,
+    meets_image,
+    rests_at,
+)
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.bifurcations.loci.locus_equations import LOCUS, LocusEquations
@@ -354,17 +359,12 @@ def _parent_start(
 ) -> LocusStart | None:
     """Return the period doubling, change of contacts or Hopf point that an orbit shrinks to."""
     orbits = curve.orbits
-    nodes = orbits.nodes(point.z)
-    if orbits.period % 2:
-        resting = Equilibria(orbits.model, orbits.varied, Cayley())
+    if rests_at(orbits, point.z):
+        resting, nodes = Equilibria(orbits.model, orbits.varied, Cayley()), orbits.nodes(point.z)
         z = resting.join(nodes.mean(axis=0, keepdims=True), orbits.values(point.z))
         parent = LocusEquations(resting, "HB")
     else:
-        half = orbits.with_period(orbits.period // 2)
-        rounds = [half.by.start, half.by.start + half.period]
-        halves = orbits.by.states(nodes, orbits.constants(point.z), np.concatenate(rounds))
-        both = halves.reshape(2, half.segments, -1)
-        z = half.join(both.mean(axis=0), orbits.free_values(point.z))
+        half, z = half_orbit(orbits, point.z)
         parent = LocusEquations(half, "PD" if curve.is_spectral else curve.condition)
     try:
         return regular_start(parent, z, settings)
@@ -405,11 +405,8 @@ def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop
 
 
 def _shrinking(orbits: Orbits, z: Array) -> str:
-    """Say what orbits become whose halves are about the same: a cycle may have doubled unseen."""
-    extent = float((np.ptp(orbits.nodes(z), axis=0) / orbits.scales).max())
-    apart = float(np.linalg.norm(asymmetry(orbits, z)))
-    doubled = orbits.period % 2 == 0 or extent > LOCUS.parent * max(apart, LOCUS.near_parent)
-    return "become those of half the period" if doubled else "shrink to an equilibrium"
+    rests = rests_at(orbits, z)
+    return "shrink to an equilibrium" if rests else "become those of half the period"
 
 
 def ends_beside_parent(
