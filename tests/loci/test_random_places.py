@@ -36,15 +36,8 @@ def check(plane, count, points):
 
 
 # The first of the three hundred places of the long tests.
-
-
 def test_places_in_the_plane_of_frequency_and_force():
     check(FORCE, 3, points=6)
-
-
-@pytest.mark.long
-def test_places_in_the_plane_of_speed_and_force():
-    check(("Vd", "Nd"), 3, points=3)
 
 
 LARGE = {
