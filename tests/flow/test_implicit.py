@@ -50,7 +50,7 @@ def rubbing(law):
     return belt(law, 0.0, DAMPING, stiffness=SPRING, force=FORCE, f=1.0)
 
 
-@pytest.fixture(scope="module", params=["LuGre", "Jenkins"])
+@pytest.fixture(scope="module", params=["LuGre", pytest.param("Jenkins", marks=pytest.mark.long)])
 def law(request):
     return LAWS[request.param]
 

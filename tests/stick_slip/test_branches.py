@@ -130,7 +130,7 @@ def test_grazings_do_not_depend_on_the_span(seed):
     assert_same_grazings(tuple(rng.permutation([low, high])))
 
 
-@pytest.mark.parametrize("seed", [None, 25, 33])
+@pytest.mark.parametrize("seed", [None, 25, pytest.param(33, marks=pytest.mark.long)])
 def test_a_response_on_a_belt_goes_through_stick_from_the_hopf_point_on(seed):
     # Last digits decide where its last points lie: once 4e-10 beyond the grazing, once 1e-9 before.
     law = sf.Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
