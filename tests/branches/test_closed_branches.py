@@ -138,3 +138,21 @@ def test_a_pendulum_that_swings_past_the_horizontal_closes_on_no_doubling():
     assert (fold.type, fold.value) == ("LP", pytest.approx(1.5126263, abs=1e-6))
     ends = swinging.started, swinging.stopped
     assert [end.value for end in ends] == pytest.approx([item.value for item in rest.special])
+
+
+def test_what_sticking_cycles_close_on_is_compared_where_contacts_do_something_else():
+    # The cycle of half the duration is no number in terms of some pieces of the doubled branch.
+    laws = [sf.RationalStribeck(mu_s=mu_s, d=3.0) for mu_s in (1.0, 1.3)]
+    given = {"load": 1.0, "Vd": 0.2}
+    contacts = [
+        sf.FrictionContact(name, law, name=f"c{name}", **given)
+        for name, law in zip("ab", laws, strict=True)
+    ]
+    stiffness = [[2.2, -1.2], [-1.2, 2.2]]
+    blocks = sf.Structure([[1, 0], [0, 1]], None, stiffness, names=["a", "b"], contacts=contacts)
+    start = {"mu_s_cb": 1.3, "a": 0.0}
+    diagram = sf.response(blocks, "mu_s_cb", (0.97, 1.31), start=start, settled=True)
+    doubled, parent = diagram.branches
+    (doubling,) = (item for item in parent.special if item.type == "PD")
+    assert doubled.started.kind == "closed"
+    assert doubled.started.value == pytest.approx(doubling.value, abs=1e-7)

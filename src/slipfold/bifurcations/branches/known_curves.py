@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import groupby
 
@@ -13,6 +14,7 @@ from slipfold.bifurcations.branches.closed_branches import asymmetry
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
+from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.shooting import Shooting
@@ -48,8 +50,10 @@ def passing(
             alone = [[item.point] for item in traced.found]
         elif meets is begins_or_ends_at:
             alone = [[point] for point in traced.reached if point.curve.sort == own.sort]
-        if any(meets(points, *given) for points in (traced.points, *alone)):
-            return followed.number
+        for points in (traced.points, *alone):
+            with suppress(*BREAKDOWNS):  # what breaks down in its terms is none of its orbits
+                if meets(points, *given):
+                    return followed.number
     return None
 
 
@@ -107,7 +111,10 @@ def _meets(curve: OrbitCurve, points: Sequence[OrbitPoint], z: Array) -> bool:
     where = np.array([point.z for point in points])
     size = curve.orbits.size
     tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
-    z = curve.orbits.started_near(z, where[tails.argmin()])
+    try:
+        z = curve.orbits.started_near(z, where[tails.argmin()])
+    except BREAKDOWNS:  # contacts of its run do something else
+        return False
     ends = np.linalg.norm(where - z, axis=1)
     if ends.min() < KNOWN.same:
         return True
