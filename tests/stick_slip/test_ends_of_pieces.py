@@ -100,6 +100,22 @@ def test_a_branch_goes_on_where_its_last_orbit_passed_the_graze(monkeypatch) -> 
     assert values[1] == pytest.approx(values[0], rel=1e-9)
 
 
+def test_a_branch_does_not_leap_to_one_that_ends_beside_it() -> None:
+    """From 0.636556 to 0.636712 Hz events by SciPy show no motion of period one."""
+    law = sf.Coulomb(mu_s=0.39, mu_k=0.3)
+    mass = sf.System(
+        parameters={"f": 2.0},
+        states={"x": "v", "v": "-40*x - 60*x^3 - 0.4*v - 2.943 + 2*cos(w*t) + cos(2*w*t) + F"},
+        formulas={"w": "2*pi*f"},
+        contacts={"F": {"slip": "-v", "normal": "3.0", "friction": law}},
+        forcing={"period": "1/f"},
+    )
+    start = {"f": 1.0, "x": -0.07}
+    (branch,) = sf.response(mass, "f", (0.5, 4), start=start, settled=True).branches
+    assert [end.kind for end in branch.ends] == ["failed", "span"]
+    assert branch.parameter[0] == pytest.approx(0.63671175, rel=1e-8)
+
+
 @pytest.mark.long
 def test_the_node_of_a_doubled_orbit_is_not_where_another_period_changes() -> None:
     # The middle of its longest stop is a whole forcing period after a stop of the other period.

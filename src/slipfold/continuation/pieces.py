@@ -48,8 +48,8 @@ class PIECE:
     same: float = 10.0
     # Maximum distance of a point of the next piece from the zero, over that of the guess
     astray: float = 30.0
-    # That distance, over the one tried, beyond which the next piece may be another curve that
-    # passes by: a square root leaves the zero at a right angle to the guess
+    # Distance from the zero, over the shortest one tried, down to which points of the next piece
+    # must lead: another curve may pass by. A square root leaves the zero at a right angle
     doubtful: float = 3.0
     # Maximum distance of the point halfway to the zero from it, over that of the point
     halfway: float = 0.75
@@ -357,12 +357,16 @@ def _expanded(computed: Sequence[tuple[P, float] | None], powers: Array) -> Vani
     )
 
 
-def _is_connected(curve: Curve[P], point: P, z: Array) -> bool:
-    """Whether the piece of a point leads to an unknown: it has a point halfway there."""
-    away = point.z - z
-    length = float(np.linalg.norm(away))
-    middle = _solution(curve, z + away / 2, away / length, 0.0, z, PIECE.halfway * length)
-    return middle is not None and middle.piece == point.piece
+def _is_connected(curve: Curve[P], point: P, z: Array, near: float) -> bool:
+    """Whether the piece of a point leads near an unknown: it has points halfway there."""
+    middle: P | None = point
+    while middle is not None and middle.piece == point.piece:
+        away = middle.z - z
+        length = float(np.linalg.norm(away))
+        if length <= near:
+            return True
+        middle = _solution(curve, z + away / 2, away / length, 0.0, z, PIECE.halfway * length)
+    return False
 
 
 def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
@@ -381,7 +385,7 @@ def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
                     continue
                 away = point.z - z
                 apart = float(np.linalg.norm(away))
-                if apart > PIECE.doubtful * distance and not _is_connected(curve, point, z):
+                if not _is_connected(curve, point, z, PIECE.doubtful * reach):
                     continue
                 point = curve.turned(point) if float(point.tangent @ away) < 0 else point
                 return replace(point, arclength=last.arclength + apart + reach)

@@ -372,7 +372,7 @@ def _first_beyond(last: OrbitPoint, met: OrbitPoint) -> OrbitPoint | None:
     """Return the first orbit beyond a change of contacts next to the last orbit before it."""
     z, tangent = last.curve.moved(met)
     side = replace(met, tangent=tangent, piece=last.piece)
-    return beyond_end(last.curve, side, z, BORDER.nearly) or across_gap(last.curve, last)
+    return beyond_end(last.curve, side, z, BORDER.nearly)
 
 
 def _vanishes_ahead(traced: TracedCurve[OrbitPoint], *, several: bool) -> FoundGrazing | None:
