@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.bifurcations.branches.closed_branches import half_orbit, rests_at
+from slipfold.bifurcations.branches.closed_branches import CLOSING, half_orbit, rests_at
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.continuation.end import End
 from slipfold.continuation.newton import Correction, correct
@@ -241,8 +241,8 @@ def parent_start(orbits: Orbits, z: Array) -> tuple[Orbits, OrbitPoint]:
         return equilibrium_start(model, orbits.vary, value, value + orbits.width, near)
     half, z = half_orbit(orbits, z)
     correction = correct(half, z, hold_parameter(len(z) - 1))
-    if not correction.converged:
-        raise InputError(correction.failure)
+    if not correction.converged or correction.distance > CLOSING.near_origin:
+        raise InputError(correction.failure)  # or it is another orbit, such as one at rest
     return half, _first_point(half, correction, value)
 
 
