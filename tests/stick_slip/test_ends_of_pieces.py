@@ -194,3 +194,26 @@ def test_a_doubled_branch_turns_back_where_it_grazes() -> None:
     assert (turn.type, second.stopped.kind) == ("GRAZE", "closed")
     assert second.stopped.values[0] == pytest.approx(doubling.value, rel=1e-9)
     assert second.parameter.max() <= turn.value + turn.uncertainty
+
+
+def test_a_grazing_is_found_within_many_periods_of_slip() -> None:
+    # 64 samples of two rounds of four periods showed another minimum of the relative speed.
+    start, settings = {"f": 0.0888, "x": 2.1583, "vx": -0.5678}, sf.Settings(largest_period=4)
+    given = {"start": start, "settled": True, "settings": settings, "F": 0.4}
+    (branch,) = sf.response(FALLS_AND_RISES, "f", (0.0882, 0.0888), **given).branches
+    assert [point.type for point in branch.special] == ["PD", "GRAZE", "LP", "PD"]
+    assert branch.stopped.kind == "span"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("force", [0.2, 0.4, 0.6, 1.0])
+def test_every_doubled_branch_ends_on_another(force) -> None:
+    diagram = sf.response(FALLS_AND_RISES, "f", (0.0477465, 0.477465), F=force)
+    first, *doubled = diagram.branches
+    assert first.stopped.kind == "span"
+    assert doubled
+    assert {branch.stopped.kind for branch in doubled} <= {"span", "closed"}
+    places = np.array([point.value for branch in diagram.branches for point in branch.special])
+    ends = [end.values[0] for branch in doubled for end in (branch.started, branch.stopped)]
+    ends = [end for end in ends if 0.048 < end < 0.477]
+    assert max(np.abs(places - end).min() for end in ends) < 1e-6

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -33,7 +34,7 @@ class WINDOW:
 
     off_center: float = 0.25  # fraction of the reach that an event may be off the middle
     short: float = 0.02  # maximum phases of a smooth phase that has just begun to exist
-    samples: int = 64  # on a smooth phase, where events are examined first
+    samples: int = 64  # a period, on a smooth phase, where events are examined first
     longest: float = 0.05  # phases on either side of an event within which an orbit passes it
     clear: float = 0.5  # fraction of the way to the next change, or turn of the function, left free
     level: float = 1e-4  # fraction of its size that slip in the plane keeps at a grazing
@@ -75,7 +76,7 @@ def _minima(
     margin: EventMargin, start: Array, begin: float, end: float, kind: str
 ) -> Iterator[Near]:
     """Yield the minima of a margin on the way from a state, each with how near it is to zero."""
-    phases = np.linspace(begin, end, WINDOW.samples + 1)
+    phases = np.linspace(begin, end, WINDOW.samples * math.ceil(end - begin) + 1)
     states = margin.flow.of(margin.mode).along(start[None], phases[None], margin.constants)[0]
     values = margin.values(states, phases)
     size = float(np.abs(values).max())

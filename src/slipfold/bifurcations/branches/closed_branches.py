@@ -319,7 +319,7 @@ def closes_at_change(traced: TracedCurve[OrbitPoint]) -> bool:
         traced.found.pop()
     reason = (
         "the branch closed on the orbit of half its period, where contacts of that change, at "
-        f"{orbits.vary} = {place[0]:.9g}"
+        f"{orbits.vary} = {place[0]:.7g}"
     )
     traced.end = End("closed", reason, place)
     return True
