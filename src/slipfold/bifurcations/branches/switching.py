@@ -157,12 +157,19 @@ def doubled_at_change(
     blocks = second.blocks @ first.blocks
     twice = replace(first, blocks=blocks, along=second.blocks @ first.along + second.along)
     along = np.linalg.svd(twice.jacobian)[2][-1]
-    for row in (along, -along):  # along one of them the first period is that before the change
-        doubled = child.nearest(z + STEP.emanating * row, row)
+    # Along one of both ways the first period is that before the change. From the other, Newton's
+    # method leads to the same orbit a period later.
+    near = list[tuple[float, Array, OrbitPoint]]()
+    for row in (along, -along):
+        guess = z + STEP.emanating * row
+        doubled = child.nearest(guess, row)
         if doubled is not None and not halves_pass_alike(doubled):
-            start = child.derived_point(z, row, 0.0, twice.monodromy, sides[0].residual)
-            return [replace(start, piece=doubled.piece)]
-    return []
+            near.append((float(np.linalg.norm(doubled.z - guess)), row, doubled))
+    if not near:
+        return []
+    _, row, doubled = min(near, key=lambda item: item[0])
+    start = child.derived_point(z, row, 0.0, twice.monodromy, sides[0].residual)
+    return [replace(start, piece=doubled.piece)]
 
 
 def _sides_of(
