@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Generic
@@ -372,30 +372,41 @@ def _is_connected(curve: Curve[P], point: P, z: Array, near: float) -> bool:
 def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
     """Return a first point of the next piece, with its tangent away from where one ends; or None.
 
-    `z` is where the piece of a point ends, `reach` the scale of distances to try. The tangent of
-    the next piece solves its equations across the end, next to which they hold beside the curve as
-    well; it lies on one side or the other.
+    `z` is where the piece of a point ends, `reach` the scale of distances to try.
     """
     for distance in reach * DISTANCES:
-        for across in (distance * last.tangent, -distance * last.tangent):
-            tangent = _tangent_at(curve, z + across, last.tangent)
-            for row in () if tangent is None else (tangent, -tangent):
-                point = _solution(curve, z + distance * row, row, 0.0, z, PIECE.astray * distance)
-                if point is None or point.piece == last.piece:
-                    continue
-                away = point.z - z
-                apart = float(np.linalg.norm(away))
-                if not _is_connected(curve, point, z, PIECE.doubtful * reach):
-                    continue
-                point = curve.turned(point) if float(point.tangent @ away) < 0 else point
-                return replace(point, arclength=last.arclength + apart + reach)
+        for step, row in _ways_beyond(curve, last, z, distance):
+            point = _solution(curve, z + step, row, 0.0, z, PIECE.astray * distance)
+            if point is None or point.piece == last.piece:
+                continue
+            away = point.z - z
+            apart = float(np.linalg.norm(away))
+            if not _is_connected(curve, point, z, PIECE.doubtful * reach):
+                continue
+            point = curve.turned(point) if float(point.tangent @ away) < 0 else point
+            return replace(point, arclength=last.arclength + apart + reach)
     return None
 
 
-def _tangent_at(curve: Curve[P], z: Array, row: Array) -> Array | None:
-    """Return the tangent that the equations have beside their solutions, None where they fail."""
-    with suppress(*BREAKDOWNS):
-        linearization = curve.linearize(z)
-        if linearization.is_finite:
-            return np.asarray(linearization.bordered(row).tangent())
-    return None
+def _ways_beyond(
+    curve: Curve[P], last: P, z: Array, distance: float
+) -> Iterator[tuple[Array, Array]]:
+    """Yield steps from the end of a piece that may lead to the next one, and rows to correct along.
+
+    The tangent of the next piece solves its equations across the end, next to which they hold
+    beside the curve as well; it lies on one side or the other. Where unknowns go as a root, there
+    is no such tangent: the next piece lies ahead, or the curve turns back in the parameter, or in
+    the states alone.
+    """
+    ahead = distance * last.tangent
+    for side in (ahead, -ahead):
+        with suppress(*BREAKDOWNS):
+            linearization = curve.linearize(z + side)
+            if linearization.is_finite:
+                tangent = linearization.bordered(last.tangent).tangent()
+                yield distance * tangent, tangent
+                yield -distance * tangent, -tangent
+    across = _parameter_row(last)
+    yield ahead, last.tangent
+    yield np.append(ahead[:-1], -ahead[-1]), across
+    yield ahead * across, across

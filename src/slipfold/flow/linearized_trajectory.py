@@ -142,7 +142,11 @@ class _Variations:
             if len(rows):
                 given = starts[rows], begin[rows], end[rows], self._constants, self._directions
                 ends[rows], matrices[rows], vectors[rows] = self._flow.of(mode).linearize(*given)
-        for row in np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2))):
+        # Slip in the plane takes many steps where its direction turns as it vanishes: no derivatives
+        # are defined there
+        lines = all(place.stop - place.start == 1 for place in self._system.places)
+        lost = ~np.isfinite(matrices).all(axis=(1, 2)) & lines
+        for row in np.flatnonzero(lost):
             flow, span = self._flow.of(modes[row]), (begin[row], end[row])
             ends[row], matrices[row], vectors[row] = self._in_parts(flow, starts[row], *span)
         return ends, matrices, vectors

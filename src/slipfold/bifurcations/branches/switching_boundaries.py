@@ -372,7 +372,9 @@ def _first_beyond(last: OrbitPoint, met: OrbitPoint) -> OrbitPoint | None:
     """Return the first orbit beyond a change of contacts next to the last orbit before it."""
     z, tangent = last.curve.moved(met)
     side = replace(met, tangent=tangent, piece=last.piece)
-    return beyond_end(last.curve, side, z, BORDER.nearly)
+    beyond, by = beyond_end(last.curve, side, z, BORDER.nearly), last.curve.orbits.by
+    # Next to slip that begins within a stop in the plane equations are too stiff to be solved
+    return across_gap(last.curve, last) if beyond is None and by.slips_in_planes else beyond
 
 
 def _vanishes_ahead(traced: TracedCurve[OrbitPoint], *, several: bool) -> FoundGrazing | None:
