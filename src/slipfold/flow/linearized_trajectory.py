@@ -142,8 +142,8 @@ class _Variations:
             if len(rows):
                 given = starts[rows], begin[rows], end[rows], self._constants, self._directions
                 ends[rows], matrices[rows], vectors[rows] = self._flow.of(mode).linearize(*given)
-        # Slip in the plane takes many steps where its direction turns as it vanishes: no derivatives
-        # are defined there
+        # Slip in the plane takes many steps where its direction turns as it vanishes: there are no
+        # derivatives there
         lines = all(place.stop - place.start == 1 for place in self._system.places)
         lost = ~np.isfinite(matrices).all(axis=(1, 2)) & lines
         for row in np.flatnonzero(lost):
