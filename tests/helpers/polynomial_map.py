@@ -77,3 +77,10 @@ class DisguisedMap:
             + 1j * (real(u.real, v.imag) + real(u.imag, v.real))
             for u, v in pairs
         ]  # fmt: skip
+
+    def along_curve(self, curve):
+        """Taylor coefficient of the order after the last of a curve v1 s + v2 s^2 + ...
+
+        The normal form of a generalized period doubling asks for it.
+        """
+        return self._image(*curve)[len(curve) + 1]

@@ -21,13 +21,13 @@ TOGETHER = 0.2
 
 INTERRUPTIBLE = frozenset(
     {
+        "slipfold.bifurcations.branches.known_curves.passing",
         "slipfold.bifurcations.branches.make_branch.complete_branches",
         "slipfold.bifurcations.branches.make_branch.describe_in_turn",
         "slipfold.results.checks.curves.check_some",
         "slipfold.results.checks.trajectories.check_trajectory",
         "slipfold.bifurcations.branches.response.BranchTree.children",
         "slipfold.bifurcations.loci.follow._Loci.children",
-        "slipfold.bifurcations.loci.follow._Loci.passing",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.Integration.run",
         "slipfold.bifurcations.loci.bifurcation_set.until_interrupted",
