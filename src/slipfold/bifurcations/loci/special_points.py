@@ -250,6 +250,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
         if has_image(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < LOCUS.near_parent:
             return False  # there all families of orbits are near that of their parents
         gap = crossing_gap(orbits, point.z)
+        if gap < LOCUS.vanishes:  # with a double zero there, its own equations are singular
+            return True
         return gap < LOCUS.pitchfork and has_branch_point(self._curve, point)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
