@@ -76,7 +76,7 @@ class ContactQuantities:
             np.hypot.reduceat(values[:, self._parts[part]], begins, axis=1) for part in (0, 1)
         )
         # Of a contact that has hardly slipped so far, slip is known to rounding of other motions
-        hardly = HARDLY * constants.values[-1] * gained
+        hardly = HARDLY * constants.period * gained
         return np.maximum(slips, hardly), values[:, self._parts[-2]]
 
     def _sorted(self, values: Numbers) -> ContactsNow:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
-from slipfold.bifurcations.branches.orbit_between import passes
+from slipfold.bifurcations.branches.orbit_between import orbit_between, passes
 from slipfold.bifurcations.branches.response import trace_response
 from slipfold.bifurcations.branches.settings import Settings
 from slipfold.bifurcations.branches.start import measured_over
@@ -120,14 +121,20 @@ def _stable_on(
     """Return the stable orbits of a branch at values of its parameter, but those that stick."""
     if branch.kind != "periodic" or branch.durations is not None:
         return []
-    none = np.empty(0)
-    guesses = tuple(
-        StableOrbit(value, branch.period, (1 - part) * before.nodes + part * after.nodes, none)
-        for value in values.tolist()
-        for _, before, after, part in passes(branch, value)
-        if before.nodes.shape == after.nodes.shape and not (before.sticking or after.sticking)
-    )
-    found = Prediction(branch.model, branch.vary, quantities, guesses).corrected(branch.model)
+    guesses = list[StableOrbit]()
+    for value in values.tolist():
+        for place, before, after, part in passes(branch, value):
+            if before.sticking or after.sticking:
+                continue
+            nodes = before.nodes
+            if nodes.shape == after.nodes.shape:
+                nodes = (1 - part) * nodes + part * after.nodes
+            else:  # special points keep their own number of nodes
+                with suppress(*BREAKDOWNS):
+                    nodes = orbit_between(branch, place, value).nodes
+            guesses.append(StableOrbit(value, branch.period, nodes, np.empty(0)))
+    known = Prediction(branch.model, branch.vary, quantities, tuple(guesses))
+    found = known.corrected(branch.model)
     return [orbit for orbit in found if orbit is not None]
 
 

@@ -118,19 +118,19 @@ class _Processes(Executor):
 def _starting() -> Iterator[None]:
     """Give processes one thread before they import NumPy; block Ctrl-C until they can ignore it."""
     added = [name for name in VARIABLES if name not in os.environ]
-    take_one_thread()
     masks = hasattr(signal, "pthread_sigmask")  # not on Windows
     if masks:
         # It unblocks the signal itself when it starts, so it has to be there before.
         resource_tracker.ensure_running()
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
+        take_one_thread()
         yield
     finally:
         if masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         for name in added:
-            del os.environ[name]
+            os.environ.pop(name, None)
 
 
 def _begin_worker(leash: Connection) -> None:

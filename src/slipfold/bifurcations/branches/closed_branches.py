@@ -256,7 +256,7 @@ def close_on_parent(
         child = first if same else child  # it may have been found on another branch as well
     value = orbits.value(meeting if child is None else alike[child])
     where = _place_of_meeting(orbits, meeting)
-    if child is first:
+    if child is first and not several:
         reason = (
             f"no orbit was found away from {where} at {orbits.vary} = {value:.9g}, where the "
             "branch begins: errors of its orbits are as large as the steps that lead to others"
@@ -317,6 +317,7 @@ def closes_at_change(traced: TracedCurve[OrbitPoint]) -> bool:
     last = traced.found[-1] if traced.found else None
     if last and last.type in CONTACT_TYPES and abs(last.point.z[-1] - after.z[-1]) < SAME_ORBIT:
         traced.found.pop()
+    # Orbits of twice the period know the place to 1e-8
     reason = (
         "the branch closed on the orbit of half its period, where contacts of that change, at "
         f"{orbits.vary} = {place[0]:.7g}"

@@ -44,7 +44,6 @@ def passing(
         traced, own = followed.traced, followed.traced.curve
         if own.sort != curve.sort:
             continue
-        given = in_period(own.orbits.period, curve.orbits, z)
         alone = []
         if meets is lies_on:
             alone = [[item.point] for item in traced.found]
@@ -52,7 +51,7 @@ def passing(
             alone = [[point] for point in traced.reached if point.curve.sort == own.sort]
         for points in (traced.points, *alone):
             with suppress(*BREAKDOWNS):  # what breaks down in its terms is none of its orbits
-                if meets(points, *given):
+                if meets(points, *in_period(own.orbits.period, curve.orbits, z)):
                     return followed.number
     return None
 

@@ -366,6 +366,10 @@ def assemble(
             first = End("bifurcation", reason, (special.value,))
             if special.type == "BP" and len(followed.start.points) > 1:  # it crosses its parent
                 own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
+        elif followed.number > 1 and followed.start.points:
+            point = followed.start.points[0]
+            reason = "begins where another branch closes on its orbits"
+            first = End("bifurcation", reason, point.curve.place(point.z))
         own.sort(key=lambda special: special.arclength)
         branches.append(_branch(followed, first, own, report_orbits))
         if branches[-1].stopped.kind == "interrupted":

@@ -334,7 +334,7 @@ def _forward(result: Solutions, count: int, first: object) -> list[int]:
 def _is_coherent(z: Array, before: Array) -> bool:
     """Whether neighbors are still neighbors."""
     apart = np.linalg.norm(np.diff(z, axis=0), axis=1)
-    longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max())
+    longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max(initial=0.0))
     return bool((apart < MOVED.spread * longest + MOVED.close).all())
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.bifurcations.branches.branch import Branch
 from slipfold.continuation.newton import correct
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.orbits.continued import fitted, hold_parameter
 from slipfold.orbits.find import as_orbit
 from slipfold.orbits.kinds import orbits_of
@@ -78,7 +78,7 @@ def orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
     """Yield the orbits of a branch at a value of its parameter, as far as they are found."""
     width = float(np.ptp(branch.parameter))
     for arclength, *_ in passes(branch, value):
-        with suppress(InputError):
+        with suppress(*BREAKDOWNS):
             orbit = orbit_between(branch, arclength, value)
             if abs(orbit.model.values[branch.vary] - value) <= AT_ORBIT * width:
                 yield orbit

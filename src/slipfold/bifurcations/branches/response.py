@@ -58,7 +58,7 @@ from slipfold.continuation.locate import ZERO
 from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure, first_point
-from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
@@ -219,10 +219,11 @@ class BranchTree(CurveSet[OrbitPoint]):
         Not where what begins there would not be followed either.
         """
         for end in followed.traced.reached:
-            with suppress(*BREAKDOWNS, InputError):
+            with suppress(*BREAKDOWNS):
                 orbits, point = parent_start(end.curve.orbits, end.z)
-                rests = orbits.kind == "equilibrium"
-                if rests or 2 * orbits.period <= self.settings.largest_period:
+                rests, (low, high) = orbits.kind == "equilibrium", sorted(self.span)
+                followed_too = rests or 2 * orbits.period <= self.settings.largest_period
+                if followed_too and low <= orbits.value(point.z) <= high:
                     yield Start(orbits, _ways(orbits, point, self.span), rank_of(orbits))
 
     def known(self, start: Start[OrbitPoint]) -> int | None:

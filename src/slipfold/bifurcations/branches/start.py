@@ -242,7 +242,7 @@ def parent_start(orbits: Orbits, z: Array) -> tuple[Orbits, OrbitPoint]:
     half, z = half_orbit(orbits, z)
     correction = correct(half, z, hold_parameter(len(z) - 1))
     if not correction.converged or correction.distance > CLOSING.near_origin:
-        raise InputError(correction.failure)  # or it is another orbit, such as one at rest
+        raise InputError(correction.failure or "another orbit was found, such as one at rest")
     return half, _first_point(half, correction, value)
 
 

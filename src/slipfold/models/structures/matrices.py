@@ -35,6 +35,7 @@ class MATRICES:
     # Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular
     singular: float = 1e-13
     singular_sparse: float = 1e-11  # the same by Lanczos' method, which is less exact
+    equal: float = 1e-10  # relative difference of squared frequencies that are one
     condition: float = 1e14  # of a matrix with unit diagonal, beyond which it is singular
     lanczos: int = 200  # its steps: they find an eigenvalue 0 beside a least one of 1e-3
     # Shift of the search for sparse modes, over a typical squared frequency: with it the matrix to
@@ -548,7 +549,8 @@ def _modes_from(shift: float, stiffness: Any, mass: Any, count: int) -> tuple[Ar
         wanted = min(MATRICES.missed, others) if len(squares) else count
         start = random.standard_normal(size).astype(stiffness.dtype)
         more, found = eigsh(stiffness, wanted, mass, sigma=-shift, OPinv=inverse, v0=start)
-        complete = len(squares) > 0 and more.min() >= squares[-1]
+        # One of equal frequency that is left out is found again with another rounding
+        complete = len(squares) > 0 and more.min() >= squares[-1] * (1 - MATRICES.equal)
         order = np.argsort(np.append(squares, more))[:count]
         squares, found = np.append(squares, more)[order], np.hstack([shapes, found])[:, order]
         factor = np.linalg.cholesky(found.conj().T @ (mass @ found))
