@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.bifurcations.branches.orbit_between import orbit_between
+from slipfold.bifurcations.branches.orbit_between import orbit_between, orbits_at, passes
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +65,10 @@ def test_autonomous_models_have_orbits_between_points_too(squeal, which):
         assert np.abs(orbit.multipliers - 1).min() < 1e-6
         low, high = sorted(branch.durations[2:4])
         assert low <= orbit.duration <= high
+
+
+def test_a_branch_may_end_on_a_bound_that_excludes_its_end() -> None:
+    (branch, *_) = sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.02)).branches
+    ended = replace(branch, parameter=np.append(branch.parameter[:-1], 1.0))  # where Nd = Ns
+    assert not list(passes(ended, 0.5))
+    assert len(list(orbits_at(ended, 0.01))) == 1

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 84_162, "tests": 43_398}
+TOTAL = {"src": 84_172, "tests": 43_405}
 """Lines of Python. Lower it whenever code is deleted; raise it for what is new, and say why."""
 
 FILE_LINES = 600

@@ -56,28 +56,38 @@ def passes(
     """Yield where a branch passes a value of its parameter, in order.
 
     That is an arclength, the two nearest known orbits, folds among them, and the fraction of the
-    chord from one to the other; twice the same orbit where it has the value.
+    chord from one to the other; twice the same orbit where it has the value. Left out is where one
+    of them has no model: a branch may end on a bound that excludes its end.
     """
+    known = _known(branch)
+    for place, before, after, fraction in _intervals(branch, value):
+        with suppress(InputError):
+            yield place, known[before](), known[after](), fraction
+
+
+def _intervals(branch: Branch, value: float) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the same with the arclengths of the two orbits."""
     away = dict(zip(branch.arclength.tolist(), (branch.parameter - value).tolist(), strict=True))
     away |= {point.arclength: point.value - value for point in branch.special}
-    known, folds = _known(branch), {item.arclength for item in branch.special if item.type == "LP"}
-    for before, after in pairwise([*known, *list(known)[-1:]]):
+    places = sorted(away)
+    folds = {item.arclength for item in branch.special if item.type == "LP"}
+    for before, after in pairwise([*places, *places[-1:]]):
         first, last = away[before], away[after]
         if first == 0:
-            yield before, known[before](), known[before](), 0.0
+            yield before, before, before, 0.0
         elif first * last < 0:
             fraction = first / (first - last)
             if after in folds:  # the parameter is a parabola with its vertex there
                 fraction = 1 - (1 - fraction) ** 0.5
             elif before in folds:
                 fraction **= 0.5
-            yield before + fraction * (after - before), known[before](), known[after](), fraction
+            yield before + fraction * (after - before), before, after, fraction
 
 
 def orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
     """Yield the orbits of a branch at a value of its parameter, as far as they are found."""
     width = float(np.ptp(branch.parameter))
-    for arclength, *_ in passes(branch, value):
+    for arclength, *_ in _intervals(branch, value):
         with suppress(*BREAKDOWNS):
             orbit = orbit_between(branch, arclength, value)
             if abs(orbit.model.values[branch.vary] - value) <= AT_ORBIT * width:
